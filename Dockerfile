@@ -6,4 +6,4 @@ COPY . .
 RUN make setup
 ENV PATH=/opt/vibrissa/.venv/bin:/usr/local/bin:/usr/bin:/bin
 WORKDIR /work
-CMD ["python", "-m", "vibrissa.pipeline.run"]
+CMD ["python", "-m", "vibrissa.pipeline"]

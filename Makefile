@@ -21,7 +21,9 @@ CORES ?=
 PROFILE ?= workflow/profiles/default
 # What a run needs: a cluster's profile has its plugins, too.
 RUN_STAMPS = $(STUDY_STAMP) $(if $(filter-out default,$(notdir $(PROFILE:/=))),$(CLUSTER_STAMP))
-RUN = $(PY) workflow/run.py --workflow-profile "$(PROFILE)" $(if $(CORES),--cores $(CORES))
+# On a terminal with progress bars.
+RUN = $(PY) -m vibrissa.pipeline --workflow-profile "$(PROFILE)" $(if $(CORES),--cores $(CORES)) \
+    $(shell test -t 2 && echo --logger rich)
 
 # Only what is in .venv counts, not what the user has elsewhere.
 unexport PYTHONPATH
@@ -65,7 +67,10 @@ help:
 reproduce: $(RUN_STAMPS)
 	@$(RUN)
 
-# Asked before the installation starts, not after it.
+# Asked before the installation starts, not after it. Snakemake would ignore a profile that is not there.
+ifeq ($(wildcard $(PROFILE)/config.yaml),)
+$(error No such profile: $(PROFILE))
+endif
 ifneq ($(filter study,$(MAKECMDGOALS)),)
 ifeq ($(STUDY),)
 $(error Say which study: make study STUDY=path/to/my.yaml)

@@ -14,7 +14,16 @@ include: "workflow/rules/results.smk"
 
 
 onstart:
-    ownership.claim(RESULTS, STUDY_FILE)
+    try:
+        ownership.claim(Path(RESULTS), STUDY_FILE)
+    except StudyError as error:
+        sys.exit(str(error))
+
+
+onsuccess:
+    if Path(RESULTS, "summary.txt").is_file():
+        print(Path(RESULTS, "summary.txt").read_text(encoding="utf-8"), end="", file=sys.stderr)
+    print(f"Report: {RESULTS}/report.html", file=sys.stderr)
 
 
 rule all:

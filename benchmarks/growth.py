@@ -61,7 +61,7 @@ def run(points: int, cores: int) -> dict[str, float]:
             (root / name).symlink_to(ROOT / name)
         study = {"study": "growth", "max_points": points, "grids": {"g": axes}}
         (root / "growth.yaml").write_text(yaml.safe_dump(study))
-        command = [sys.executable, "workflow/run.py", "--cores", str(cores)]
+        command = [sys.executable, "-m", "vibrissa.pipeline", "--cores", str(cores)]
         environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
         started, start = time.time(), time.perf_counter()
         process = subprocess.Popen(

@@ -42,7 +42,7 @@ class Folder:
 
     def call(self, *arguments, study="tiny.yaml"):
         """Exit status, and what stands on the screen."""
-        command = [sys.executable, self.home / "workflow/run.py", "--cores", "2", *arguments]
+        command = [sys.executable, "-m", "vibrissa.pipeline", "--cores", "2", *arguments]
         result = subprocess.run(
             [*command, "--configfile", study],
             cwd=self.root,

@@ -18,9 +18,9 @@ import os
 import sys
 from pathlib import Path
 
-from vibrissa.checking import enclosures
-from vibrissa.checking.layouts import Layout, parse_layouts
-from vibrissa.checking.reference import Comparison, bless, compare_folders, need_reference
+from vibrissa.checking import condensing, proofs
+from vibrissa.checking.reference import Comparison, bless, compare_folders
+from vibrissa.checking.tolerances import Layout, read_layouts
 from vibrissa.errors import StudyError, VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.pipeline import outdated, places
@@ -32,19 +32,13 @@ LAYOUT = "regression.yaml"
 def layouts_of(reference: Path) -> dict[str, Layout]:
     """What is compared: as the folder of the reference says, or as all do."""
     own = reference / LAYOUT
-    path = own if own.is_file() else Path(__file__).with_name(LAYOUT)
-    return parse_layouts(path.read_text(encoding="utf-8"), str(path))
+    return read_layouts(own if own.is_file() else Path(__file__).with_name(LAYOUT))
 
 
 def write_output(found: Comparison, folder: Path) -> None:
-    """Write the comparison for people and machines, and what `make bless` would change."""
-    folder.mkdir(parents=True, exist_ok=True)
-    texts = {
-        "check.md": found.markdown(),
-        "check.json": found.json(),
-        "reference.diff": found.diff(),
-    }
-    for name, text in texts.items():
+    """Write the comparison for people and machines, and what `make bless` would write."""
+    bless(found.results, folder / "reference", layouts_of(found.reference))
+    for name, text in {"check.md": found.markdown(), "check.json": found.json()}.items():
         with write_atomically(folder / name) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
@@ -66,7 +60,7 @@ def tell_ci(found: Comparison) -> None:
             file.write(found.markdown())
     if in_github():
         for difference in found.differences[:10]:  # GitHub shows ten of a step
-            print(annotation(str(difference), f"{found.reference}/{difference.table}.csv"))
+            print(annotation(difference.text, f"{found.reference}/{difference.table}.csv"))
 
 
 def run(options: argparse.Namespace) -> int:
@@ -74,20 +68,19 @@ def run(options: argparse.Namespace) -> int:
     results = options.results or Path("results", study.name)
     reference = options.reference or Path("tests/regression", study.name)
     if options.results is None:
-        outdated.need_current(study, options.configfile)
-    found = compare_folders(results, reference, layouts_of(reference))
+        outdated.need_current(study, options.configfile, condensing.TABLES)
     if options.bless:
-        bless(found)
+        bless(results, reference, layouts_of(reference))
         print(f"{reference} is written: review it with git diff")
         return 0
-    need_reference(found)
+    found = compare_folders(results, reference, layouts_of(reference))
     for difference in found.differences:
-        print(difference)
+        print(difference.text)
     if options.output:
         write_output(found, options.output)
     tell_ci(found)
-    if proofs := enclosures.verdict(found.enclosed):
-        print(proofs)
+    if line := proofs.verdict(found.proved):
+        print(line)
     print(found.verdict)
     return 1 if found.differences else 0
 
@@ -103,7 +96,7 @@ def main(argv: list[str]) -> int:
     parser.add_argument(
         "--reference", type=Path, help="reference tables or results; tests/regression/<study>"
     )
-    parser.add_argument("--output", type=Path, help="folder for check.md, check.json, a diff")
+    parser.add_argument("--output", type=Path, help="folder for check.md, check.json, reference/")
     parser.add_argument("--bless", action="store_true", help="make the reference tables anew")
     try:
         return run(parser.parse_args(argv))

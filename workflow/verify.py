@@ -29,7 +29,7 @@ def verify(folder: Path, scratch: Path) -> Comparison:
             (scratch / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(folder / name, scratch / name)
     study_file = study_file_of(folder)
-    command = [sys.executable, "workflow/run.py", "--configfile", study_file]
+    command = [sys.executable, "-m", "vibrissa.pipeline", "--configfile", study_file]
     if subprocess.run(command, cwd=scratch, check=False).returncode:
         raise ArchiveError("the study did not run to its end; see above")
     results = Path("results", read_study(folder / study_file).name)
@@ -45,8 +45,9 @@ def main(argv: list[str]) -> int:
     except (VibrissaError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    for line in (*found.differences, found.verdict):
-        print(line)
+    for difference in found.differences:
+        print(difference.text)
+    print(found.verdict)
     return 1 if found.differences else 0
 
 

@@ -90,5 +90,5 @@ def test_the_command_archives_current_results_alone(done):
     assert "results/tiny.crate.zip holds " in screen or "the code was edited" in screen
     done.edit("[0.3, 5]", "[0.4, 5]")
     status, screen = archived()
-    assert status == 2 and "does not answer this study file" in screen
+    assert status == 2 and "older than the code or the study file" in screen
     assert crate.CHECKSUMS == "checksums.sha256"

@@ -112,7 +112,7 @@ def test_the_tutorial_can_be_followed(tmp_path):
             command, cwd=tmp_path, env=environment, capture_output=True, text=True
         )
 
-    make = ("workflow/run.py", "--cores", "2", "--configfile", "mine.yaml")
+    make = ("-m", "vibrissa.pipeline", "--cores", "2", "--configfile", "mine.yaml")
     table = tmp_path / "results/mine/tables/stiction.parquet"
 
     (tmp_path / "mine.yaml").write_text(study.replace("eta:", "etta:"))

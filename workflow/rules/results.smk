@@ -65,7 +65,7 @@ rule claims:
 
 rule summary:
     input:
-        **COMPUTED,
+        **TABLES,
     output:
         f"{RESULTS}/summary.txt",
     log:

@@ -1,15 +1,20 @@
-"""Count the rows of the tables by their status; with strict, fail where rows failed."""
+"""Count rows by their status, and verdicts; with strict, fail where rows failed."""
 
 from pathlib import Path
 
 from vibrissa.files import write_atomically
+from vibrissa.paper import ledger
 from vibrissa.pipeline import jobs
 from vibrissa.tables import query
 from vibrissa.tables.counts import counts_by_status, need_results, sentence
 
 with jobs.logged(snakemake.log[0]):
-    counts = counts_by_status(query.opened_tables(snakemake.input, snakemake.params.study_parts))
+    tables = query.opened_tables(snakemake.input, snakemake.params.study_parts)
+    counts = counts_by_status(tables)
+    text = sentence(counts)
+    if "claims" in tables:
+        text += f"{ledger.summary(query.rows(tables['claims'], ['verdict']))}\n"
     with write_atomically(Path(snakemake.output[0])) as temporary:
-        temporary.write_text(sentence(counts), encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8")
     if snakemake.params.strict:
         need_results(counts)

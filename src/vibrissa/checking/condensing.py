@@ -11,7 +11,27 @@ from vibrissa.tables import query, schemas
 from vibrissa.tables.frames import to_pandas
 from vibrissa.tables.query import Readable
 
+# Those of a study that are compared.
+TABLES = ("stiction", "scans", "states")
 _ROD = ["theta", "eta", *MOUNTING_AXES, schemas.CURVATURE_POWERS.name]
+# How the steps of a cycle become one row.
+_CYCLE = {
+    "status": ("status", "last"),
+    "steps": ("step", "max"),
+    "slips": ("is_slip", "sum"),
+    "footpoint_end": ("footpoint", "last"),
+    "x0_largest": ("x0", "max"),
+    "x1_begin": ("x1", "first"),
+    "x1_end": ("x1", "last"),
+    "f_largest": ("f", "max"),
+    "alpha_smallest": ("alpha", "min"),
+    "phi1_smallest": ("phi1", "min"),
+    "m_smallest": ("reaction_m", "min"),
+    "m_largest": ("reaction_m", "max"),
+    "middle_x_mean": ("middle_x", "mean"),
+    "middle_y_mean": ("middle_y", "mean"),
+    "top": ("top", "max"),
+}
 
 
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
@@ -21,7 +41,7 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     """
     found = {
         name: query.opened(path, schemas.TABLES[name])
-        for name in ("stiction", "scans", "states")
+        for name in TABLES
         if (path := folder / f"tables/{name}.parquet").is_file()
     }
     if "stiction" not in found:
@@ -29,7 +49,10 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     points = to_pandas(query.rows(found["stiction"], found["stiction"].schema.names))
     result = {"stiction": points, "curves": points.drop_duplicates(_ROD)}
     if "scans" in found:
-        result["scans"] = _cycles(found["scans"])
+        steps = _without_shapes(found["scans"])
+        steps["is_slip"] = (steps["phase"] == "slip").fillna(False).astype(int)
+        cycles = steps.groupby(["scan", "mu0", "dx0", *_ROD, "cycle"], dropna=False)
+        result["scans"] = cycles.agg(**_CYCLE).reset_index()
     if "states" in found:
         result["states"] = _without_shapes(found["states"])
     return result
@@ -37,41 +60,13 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
 
 def _without_shapes(table: Readable) -> pd.DataFrame:
     """Rows with the middle of each shape and its highest point, instead of the shape."""
-    parts = [to_pandas(table.schema.empty_table())]
+    parts = []
     for part in query.parts(table, table.schema.names):
         rows = to_pandas(part)
         for axis in "xy":
             shapes = rows.pop(f"shape_{axis}")
-            rows[f"middle_{axis}"] = [
-                shape[len(shape) // 2] if len(shape) else np.nan for shape in shapes
-            ]
+            middles = [shape[len(shape) // 2] if len(shape) else np.nan for shape in shapes]
+            rows[f"middle_{axis}"] = middles
         rows["top"] = [max(shape, default=np.nan) for shape in shapes]
         parts.append(rows)
     return pd.concat(parts)
-
-
-def _cycles(table: Readable) -> pd.DataFrame:
-    """One row for each cycle of each scan."""
-    rows = _without_shapes(table)
-    keys = ["scan", "mu0", "dx0", *_ROD, "cycle"]
-    return (
-        rows.groupby(keys, dropna=False)
-        .agg(
-            status=("status", "last"),
-            steps=("step", "max"),
-            slips=("phase", lambda phase: int((phase == "slip").sum())),
-            footpoint_end=("footpoint", "last"),
-            x0_largest=("x0", "max"),
-            x1_begin=("x1", "first"),
-            x1_end=("x1", "last"),
-            f_largest=("f", "max"),
-            alpha_smallest=("alpha", "min"),
-            phi1_smallest=("phi1", "min"),
-            m_smallest=("reaction_m", "min"),
-            m_largest=("reaction_m", "max"),
-            middle_x_mean=("middle_x", "mean"),
-            middle_y_mean=("middle_y", "mean"),
-            top=("top", "max"),
-        )
-        .reset_index()
-    )

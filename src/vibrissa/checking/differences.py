@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from vibrissa.checking.layouts import Layout, Tolerance
+from vibrissa.checking.tolerances import Layout, Tolerance
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.wording import counted
 
@@ -34,61 +35,55 @@ class Difference:
     absolute: float | None = None
     relative: float | None = None
 
-    def __str__(self) -> str:
-        """Return the line for people."""
-        return self.text
-
 
 def compare(
     reference: pd.DataFrame, found: pd.DataFrame, layout: Layout, name: str
 ) -> Iterator[Difference]:
-    """Find each column that moved, and rows that are missing, extra or doubled."""
-    keys, columns = list(layout.keys), [*layout.keys, *layout.columns]
-    if list(reference.columns) != columns:
-        absent = ", ".join(column for column in columns if column not in reference) or "none"
-        more = ", ".join(column for column in reference if column not in columns) or "none"
-        text = f"{name}: other columns than the reference: new {absent}, gone {more}"
-        if set(keys) - set(reference):
+    """Find each column that moved, and rows that are missing, extra or doubled.
+
+    The tables are texts, as `vibrissa.checking.reference.as_text` makes them.
+    """
+    keys, columns = layout.keys, [*layout.keys, *layout.columns]
+    absent = [column for column in columns if column not in reference]
+    more = [column for column in reference if column not in columns]
+    cannot_be_identified = set(keys) & set(absent)
+    if absent or more:
+        new, gone = (", ".join(some) or "none" for some in (absent, more))
+        text = f"{name}: other columns than the reference: new {new}, gone {gone}"
+        if cannot_be_identified:
             text += "; its rows cannot be identified: review the results, then make bless"
         yield Difference(table=name, problem="other columns", text=text)
-        if set(keys) - set(reference):
-            return
+    if cannot_be_identified:
+        return
     for frame, where in ((reference, "the reference"), (found, "the results")):
-        twice = frame[frame.duplicated(keys)]
-        yield from _rows(name, "rows doubled", f"twice in {where}", twice[keys])
+        yield from _rows(name, "rows doubled", f"twice in {where}", frame[frame.duplicated(keys)])
     pairs = reference.drop_duplicates(keys).merge(
         found.drop_duplicates(keys), on=keys, how="outer", suffixes=("", " now"), indicator="side"
     )
     only = {side: pairs.loc[pairs["side"] == side, keys] for side in ("left_only", "right_only")}
     yield from _rows(name, "rows missing", "missing", only["left_only"])
     yield from _rows(name, "rows extra", "not in the reference", only["right_only"])
-    both = pairs[pairs["side"] == "both"].reset_index(drop=True)
+    both = pairs[pairs["side"] == "both"]
     for column, tolerance in layout.columns.items():
         if column in reference:
-            before, after = both[column], both[f"{column} now"]
-            changed = moved(before, after, tolerance)
+            rows = both[keys].assign(was=both[column], now=both[f"{column} now"])
+            changed = moved(rows["was"], rows["now"], tolerance)
             if changed.any():
-                yield _moved_column(name, column, both[keys], before, after, changed)
+                yield _moved_column(name, column, rows[changed], len(rows))
 
 
-def moved(before: pd.Series, after: pd.Series, tolerance: Tolerance | None) -> BoolArray:
-    """Mark values beyond the tolerance of their reference; without one, those of another text."""
-    differs: BoolArray = (before != after).to_numpy()
-    if tolerance is None:
-        return differs
+def moved(before: pd.Series, after: pd.Series, tolerance: Tolerance) -> BoolArray:
+    """Mark other texts, but for numbers within the tolerance of their reference."""
     was, now = _numbers(before), _numbers(after)
     with np.errstate(invalid="ignore"):  # infinity less infinity
         near = np.abs(now - was) <= tolerance.absolute + tolerance.relative * np.abs(was)
     # A missing or infinite reference allows no change.
+    differs: BoolArray = (before != after).to_numpy()
     return differs & ~(near & np.isfinite(was))
 
 
 def _numbers(column: pd.Series) -> FloatArray:
     return pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
-
-
-def _finite(number: float) -> float | None:
-    return float(number) if np.isfinite(number) else None
 
 
 def _rows(table: str, problem: str, words: str, rows: pd.DataFrame) -> Iterator[Difference]:
@@ -100,37 +95,31 @@ def _rows(table: str, problem: str, words: str, rows: pd.DataFrame) -> Iterator[
         yield Difference(table=table, problem=problem, rows=len(rows), text=text)
 
 
-def spell_row(row: Mapping[str, str]) -> str:
+def spell_row(row: Mapping[Any, Any]) -> str:
     """Spell the keys of a row that are neither empty nor 0."""
     return ", ".join(f"{key} {value}" for key, value in row.items() if value not in ("", "0"))
 
 
-def _moved_column(
-    table: str,
-    column: str,
-    keys: pd.DataFrame,
-    before: pd.Series,
-    after: pd.Series,
-    changed: BoolArray,
-) -> Difference:
-    """Difference of a column of which some values moved."""
-    was, now = _numbers(before[changed]), _numbers(after[changed])
+def _moved_column(table: str, column: str, rows: pd.DataFrame, total: int) -> Difference:
+    """Difference of a column: keys of the rows that moved, and what it ``was`` and is ``now``."""
+    was, now = _numbers(rows["was"]), _numbers(rows["now"])
     with np.errstate(divide="ignore", invalid="ignore"):  # infinity less infinity
         change = np.abs(now - was)
         share = change / np.maximum(np.abs(was), np.abs(now))
-    numbers = bool(np.isfinite(change).any())
-    largest = int(np.nanargmax(change)) if numbers else 0
-    place = np.flatnonzero(changed)[largest]
-    row = spell_row(keys.iloc[place].to_dict())
-    values = f"{before.iloc[place] or 'nothing'} -> {after.iloc[place] or 'nothing'}"
-    how = f"by up to {change[largest]:.2g} (relative {np.nanmax(share):.2g}) " if numbers else ""
+    largest = int(np.where(np.isnan(change), -1.0, change).argmax())
+    absolute = relative = None
+    by = ""
+    if np.isfinite(change[largest]):
+        absolute, relative = float(change[largest]), float(np.nanmax(share))
+        by = f"by up to {absolute:.2g} (relative {relative:.2g}) "
+    *keys, before, after = rows.iloc[largest].items()
     return Difference(
         table=table,
         column=column,
         problem="moved",
-        rows=int(changed.sum()),
-        absolute=_finite(change[largest]),
-        relative=_finite(np.nanmax(share)) if numbers else None,
-        text=f"{table}.{column}: {changed.sum()} of {len(keys)} rows moved {how}"
-        f"at {row} ({values})",
+        rows=len(rows),
+        absolute=absolute,
+        relative=relative,
+        text=f"{table}.{column}: {len(rows)} of {total} rows moved {by}at {spell_row(dict(keys))} "
+        f"({before[1] or 'nothing'} -> {after[1] or 'nothing'})",
     )

@@ -1,42 +1,40 @@
-"""Comparison of the results of a study with a reference, and update of the reference."""
+"""Comparison of the results of a study with a reference, and update of the reference.
 
-import difflib
+Reference tables are CSV files that read well in a diff. Tables are compared in this form, as texts.
+"""
+
 import json
-import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from vibrissa.checking import texts
+from vibrissa.checking import proofs
 from vibrissa.checking.condensing import condensed
-from vibrissa.checking.differences import Difference, compare, moved
-from vibrissa.checking.enclosures import Enclosed, enclosed, refuted, verdict
-from vibrissa.checking.layouts import Layout
+from vibrissa.checking.differences import Difference, compare
+from vibrissa.checking.tolerances import Layout
 from vibrissa.errors import ComparisonError
+from vibrissa.files import write_atomically
 from vibrissa.wording import counted, markdown_table
 
+# Significant digits of a float: fewer than a double has, more than any tolerance asks for.
+DIGITS = 12
 # Differences that a summary shows.
 MOST_ROWS = 30
 
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """Results, their reference, and the numbers that have an enclosure."""
+    """Results, their reference, and the numbers that have a proof (`proofs.proved`)."""
 
     results: Path
     reference: Path
-    layouts: Mapping[str, Layout]
-    stored: Mapping[str, pd.DataFrame]
-    found: Mapping[str, pd.DataFrame]
+    rows: int
     differences: Sequence[Difference]
-    enclosed: Sequence[Enclosed] = ()
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of the results that are compared."""
-        return sum(map(len, self.found.values()))
+    proved: pd.DataFrame
 
     @property
     def verdict(self) -> str:
@@ -45,33 +43,6 @@ class Comparison:
             number = counted(len(self.differences), "difference")
             return f"CHANGED: {number} between {self.results} and {self.reference}."
         return f"Unchanged: all {self.rows} rows of {self.results} agree with {self.reference}."
-
-    def blessed(self) -> dict[str, pd.DataFrame]:
-        """Return the reference tables that `bless` would write."""
-        return {
-            name: blessed_table(self.stored.get(name), text, self.layouts[name])
-            for name, text in self.found.items()
-        }
-
-    def diff(self) -> str:
-        """Return what `bless` would change, as a patch for ``git apply``.
-
-        Paths count from the root of the reference's repository, or else from its folder.
-        """
-        new = self.blessed()
-        command = ["git", "-C", str(self.reference), "rev-parse", "--show-prefix"]
-        prefix = subprocess.run(command, capture_output=True, text=True).stdout.rstrip("\n")
-        lines: list[str] = []
-        for name in sorted(self.stored.keys() | new):
-            before, after = (
-                texts.csv(tables[name]).splitlines(keepends=True) if name in tables else []
-                for tables in (self.stored, new)
-            )
-            # After the tab may stand a date: with it git takes spaces for a part of the name.
-            path = f"{prefix}{name}.csv\t"
-            old = f"a/{path}" if before else "/dev/null"
-            lines += difflib.unified_diff(before, after, old, f"b/{path}" if after else "/dev/null")
-        return "".join(lines)
 
     def markdown(self) -> str:
         """Summary for people."""
@@ -86,7 +57,7 @@ class Comparison:
             lines += ["", markdown_table(head, rows)]
         if more := len(self.differences[MOST_ROWS:]):
             lines += ["", f"And {more} more; check.json has all of them."]
-        return "\n".join([*lines, "", verdict(self.enclosed)]).rstrip() + "\n"
+        return "\n".join([*lines, "", proofs.verdict(self.proved)]).rstrip() + "\n"
 
     def json(self) -> str:
         """All differences, for programs."""
@@ -96,7 +67,7 @@ class Comparison:
             "results": self.results.as_posix(),
             "reference": self.reference.as_posix(),
             "rows": self.rows,
-            "proved": len(self.enclosed),
+            "proved": len(self.proved),
             "differences": [asdict(one) for one in self.differences],
         }
         return json.dumps(content, indent=2, allow_nan=False) + "\n"
@@ -108,89 +79,107 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
     Parameters
     ----------
     reference : Path
-        Folder with CSV files, or another folder of results; without any table every one is new.
+        Folder with CSV files, or another folder of results.
 
     Raises
     ------
     ComparisonError
-        If there are no results, or a reference table cannot be read.
+        If there are no results, or no reference tables that can be read.
     """
     frames = condensed(results)
     found = _as_texts(frames, layouts)
     if (reference / "tables").is_dir():
         stored = _as_texts(condensed(reference), layouts)
     else:
-        paths = sorted(reference.glob("*.csv"))
-        stored = {path.stem: texts.read(path) for path in paths if path.stem in layouts}
-    differences = [
-        Difference(table=name, problem="table gone", text=f"{name}: the whole table is missing")
-        for name in sorted(stored.keys() - found)
-    ]
-    for name, text in found.items():
-        if name in stored:
-            differences += compare(stored[name], text, layouts[name], name)
-        else:
-            line = f"{name}: a new table of {len(text)} rows"
-            differences.append(Difference(table=name, problem="table new", text=line))
-    numbers = enclosed(frames, reference, layouts)
+        paths = {name: reference / f"{name}.csv" for name in layouts}
+        stored = {name: read(path) for name, path in paths.items() if path.is_file()}
+    if not stored:
+        raise ComparisonError(
+            f"{reference} has no reference tables; make them with: make bless, and the same STUDY "
+            "and REFERENCE"
+        )
+    proved = proofs.proved(frames, reference, layouts)
     return Comparison(
         results=results,
         reference=reference,
-        layouts=layouts,
-        stored=stored,
-        found=found,
-        differences=[*differences, *refuted(numbers)],
-        enclosed=numbers,
+        rows=sum(map(len, found.values())),
+        differences=[*_differences(stored, found, layouts), *proofs.refuted(proved)],
+        proved=proved,
     )
+
+
+def _differences(
+    stored: Mapping[str, pd.DataFrame],
+    found: Mapping[str, pd.DataFrame],
+    layouts: Mapping[str, Layout],
+) -> Iterator[Difference]:
+    for name in sorted(stored.keys() - found):
+        text = f"{name}: the whole table is missing"
+        yield Difference(table=name, problem="table gone", text=text)
+    for name, table in found.items():
+        if name in stored:
+            yield from compare(stored[name], table, layouts[name], name)
+        else:
+            text = f"{name}: a new table of {len(table)} rows"
+            yield Difference(table=name, problem="table new", text=text)
 
 
 def _as_texts(
     frames: Mapping[str, pd.DataFrame], layouts: Mapping[str, Layout]
 ) -> dict[str, pd.DataFrame]:
-    return {
-        name: texts.as_text(frame, layouts[name])
-        for name, frame in frames.items()
-        if name in layouts
-    }
+    return {name: as_text(frames[name], layouts[name]) for name in frames if name in layouts}
 
 
-def bless(comparison: Comparison) -> None:
-    """Rewrite the reference tables, and remove those of tables that the study no longer has."""
-    comparison.reference.mkdir(parents=True, exist_ok=True)
-    for name, text in comparison.blessed().items():
-        texts.write(text, comparison.reference / f"{name}.csv")
-    for name in comparison.stored.keys() - comparison.found:
-        (comparison.reference / f"{name}.csv").unlink()
-
-
-def blessed_table(
-    reference: pd.DataFrame | None, found: pd.DataFrame, layout: Layout
-) -> pd.DataFrame:
-    """Build a reference table; values within their tolerance keep their former digits."""
-    keys = list(layout.keys)
-    if reference is None or set(keys) - set(reference):
-        return found
-    result = found.set_index(keys)
-    old = reference.drop_duplicates(keys).set_index(keys).reindex(result.index)
-    for column, tolerance in layout.columns.items():
-        if column in old:
-            known = old[column].notna().to_numpy()
-            before = old[column].where(known, "")
-            stays = known & ~moved(before, result[column], tolerance)
-            result[column] = result[column].where(~stays, before)
-    return result.reset_index()
-
-
-def need_reference(comparison: Comparison) -> None:
-    """Raise an error if there is no reference.
+def as_text(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
+    """Text of the keys and columns of a layout, in the order of the keys; empty for nothing.
 
     Raises
     ------
     ComparisonError
-        If there is no reference table.
+        If a column is not there.
     """
-    if not comparison.stored:
+    names = [*layout.keys, *layout.columns]
+    if unknown := [column for column in names if column not in frame]:
+        raise ComparisonError(f"no column {', '.join(unknown)}; there are {', '.join(frame)}")
+    ordered = frame.sort_values(layout.keys, ignore_index=True)
+    return pd.DataFrame({column: ordered[column].astype(object).map(_spell) for column in names})
+
+
+def _spell(value: Any) -> str:
+    if pd.isna(value):
+        return ""
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, float | np.floating):
+        return f"{value + 0.0:.{DIGITS}g}"  # + 0.0 turns -0.0 into 0.0
+    return str(value)
+
+
+def read(path: Path) -> pd.DataFrame:
+    """Read a reference table as text.
+
+    Raises
+    ------
+    ComparisonError
+        If the file is not a table.
+    """
+    try:
+        return pd.read_csv(path, dtype=str, keep_default_na=False, index_col=False)
+    except ValueError as error:  # pandas' own errors and undecodable bytes are among them
         raise ComparisonError(
-            f"{comparison.reference} has no reference tables; make them with: make bless, and the "
-            "same STUDY and REFERENCE"
-        )
+            f"{path} is not a table ({str(error).strip()}); restore it from version control, or "
+            "delete it and make it anew with: make bless"
+        ) from None
+
+
+def bless(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> None:
+    """Write the results as reference tables; remove those of tables that the study lost."""
+    found = _as_texts(condensed(results), layouts)
+    reference.mkdir(parents=True, exist_ok=True)
+    for name in layouts:
+        path = reference / f"{name}.csv"
+        if name not in found:
+            path.unlink(missing_ok=True)
+            continue
+        with write_atomically(path) as temporary:
+            found[name].to_csv(temporary, index=False, lineterminator="\n")

@@ -1,15 +1,38 @@
-"""Snakemake's own command line, for `vibrissa.pipeline.run`: Ctrl-C while it loads is no error."""
+"""Snakemake with this workflow: ``python -m vibrissa.pipeline`` takes the options of ``snakemake``.
 
+Ctrl-C and SIGTERM end its jobs, too.
+"""
+
+import os
 import signal
+import subprocess
 import sys
+from contextlib import suppress
 
-try:
-    from snakemake.cli import main
+from vibrissa.pipeline.places import HOME, SNAKEFILE
 
-    sys.argv[0] = "snakemake"
-    main()
-except KeyboardInterrupt:
-    sys.exit(130)
-finally:
-    # All is done; Python's own end is not to be interrupted.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+PROFILE = HOME / "workflow/profiles/default"
+
+
+def main(arguments: list[str]) -> int:
+    """Run the workflow with Snakemake's arguments; return the exit status."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
+    command += ["--workflow-profile", str(PROFILE), *arguments]  # the last profile counts
+    # In a session of its own Snakemake gets each signal once.
+    child = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
+    try:
+        return child.wait()
+    except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Snakemake takes its jobs out of a cluster's queue at SIGINT, and waits for those that run
+    # here: SIGTERM ends them, and a Snakemake that is still loading, without a word.
+    with suppress(ProcessLookupError):
+        os.killpg(child.pid, signal.SIGTERM)
+        child.send_signal(signal.SIGINT)
+    child.wait()
+    print("Stopped. Finished results are kept: the same command continues.", file=sys.stderr)
+    return 128 + signal.SIGINT
+
+
+sys.exit(main(sys.argv[1:]))

@@ -19,16 +19,10 @@ def logged(log: str | Path) -> Iterator[None]:
     try:
         yield
     except (VibrissaError, OSError) as error:
-        lines = [f"error: {error}"]
-        if isinstance(error, DamagedTableError) and error.path.is_file():
-            error.path.unlink()
-            lines.append(f"{error.path} is removed; the same command makes it anew")
-    except KeyboardInterrupt:
-        lines = ["interrupted"]
-    else:
-        return
-    with suppress(OSError):  # a full disk has no room for the log either
-        print("\n".join(lines))
-    with suppress(OSError):
-        output.close()
-    sys.exit(1)
+        with suppress(OSError):  # a full disk has no room for the log either
+            print(f"error: {error}")
+            if isinstance(error, DamagedTableError) and error.path.is_file():
+                error.path.unlink()
+                print(f"{error.path} is removed; the same command makes it anew")
+            output.close()
+        sys.exit(1)

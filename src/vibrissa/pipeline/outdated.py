@@ -14,42 +14,27 @@ from vibrissa.tables import store
 
 # First column of Snakemake's table of files, and what it says of a file that it would not make.
 HEAD, CURRENT = "output_file", "no update"
-COMPARED = ("stiction", "scans", "states")
 
 
-def need_current(study: Study, configfile: Path, *, everything: bool = False) -> None:
+def need_current(study: Study, study_file: Path, tables: Sequence[str] = ()) -> None:
     """Refuse results that are older than the code or the study file, or of another study file.
 
     Parameters
     ----------
-    everything : bool, optional
-        Check all results, and not only the tables on disk that are compared.
+    tables : sequence of str, optional
+        Those that are needed, if they are there; by default all results.
 
     Raises
     ------
     ComparisonError
         If there are such results; the message has the command to run.
     """
-    results = Path("results", study.name)
-    tables = {name: results / f"tables/{name}.parquet" for name in study.tables}
-    there = {name: path for name, path in tables.items() if path.is_file()}
-    for name, path in there.items():
-        store.need_study(path, study.part(name))
-    compared = [str(path) for name, path in there.items() if name in COMPARED]
-    if not everything and not compared:
-        return
-    if rules := _outdated_rules([] if everything else compared, configfile):
-        run = "make reproduce" if configfile == PAPER else f"make study STUDY={configfile}"
-        raise ComparisonError(
-            f"the results in {results} are older than the code or the study file (to be run: "
-            f"{', '.join(rules)}); run {run} first"
-        )
-
-
-def _outdated_rules(files: Sequence[str], configfile: Path) -> list[str]:
-    """List the rules that Snakemake would run for some files, or for the whole study."""
+    paths = [Path("results", study.name, f"tables/{name}.parquet") for name in tables]
+    files = [path for path in paths if path.is_file()]
+    for path in files:
+        store.need_study(path, study.part(path.stem))
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
-    command += ["--dry-run", "--summary", *files, "--configfile", str(configfile)]
+    command += ["--dry-run", "--summary", *map(str, files), "--configfile", str(study_file)]
     result = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if result.returncode:
         reason = " ".join(f"{result.stdout} {result.stderr}".split())
@@ -57,4 +42,9 @@ def _outdated_rules(files: Sequence[str], configfile: Path) -> list[str]:
     # Above the table stands what Snakemake is doing.
     lines = dropwhile(lambda line: not line.startswith(HEAD), result.stdout.splitlines())
     rows = csv.DictReader(lines, delimiter="\t")
-    return sorted({row["rule"] for row in rows if row["plan"] != CURRENT})
+    if rules := sorted({row["rule"] for row in rows if row["plan"] != CURRENT}):
+        run = "make reproduce" if study_file == PAPER else f"make study STUDY={study_file}"
+        raise ComparisonError(
+            "the results are older than the code or the study file (to be run: "
+            f"{', '.join(rules)}); run {run} first"
+        )

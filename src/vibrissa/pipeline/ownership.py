@@ -1,14 +1,20 @@
-"""Which study file a folder of results belongs to."""
+"""A folder of results belongs to one study file, and to one run at a time."""
 
+import fcntl
 from pathlib import Path
+from typing import IO
 
 from vibrissa.errors import StudyError
+from vibrissa.files import TEMPORARY
+from vibrissa.pipeline.places import near
 from vibrissa.study.reading import name_in
 
 RECORD = "study_file.txt"
+# Open, and thereby locked, until the process ends.
+_held: list[IO[str]] = []
 
 
-def check(results: str, study_file: Path) -> None:
+def check(results: Path, study_file: Path) -> None:
     """Refuse to overwrite the results of another study file.
 
     Raises
@@ -16,11 +22,9 @@ def check(results: str, study_file: Path) -> None:
     StudyError
         If the folder belongs to another file that still has this name of a study.
     """
-    record = Path(results, RECORD)
-    if not record.is_file():
-        return
-    owner = Path(record.read_text(encoding="utf-8").strip())
-    name = Path(results).name
+    record = results / RECORD
+    owner = Path(record.read_text(encoding="utf-8").strip()) if record.is_file() else study_file
+    name = results.name
     if owner.is_file() and not owner.samefile(study_file) and name_in(owner) == name:
         raise StudyError(
             f"{study_file}: study: {name!r} is the study of {owner}, with the results {results}; "
@@ -28,11 +32,27 @@ def check(results: str, study_file: Path) -> None:
         )
 
 
-def claim(results: str, study_file: Path) -> None:
-    """Write down the study file that a folder of results belongs to."""
-    here, path = Path.cwd(), study_file.absolute()
-    path = path.relative_to(here) if path.is_relative_to(here) else path
-    record = Path(results, RECORD)
-    record.parent.mkdir(parents=True, exist_ok=True)
-    if not record.is_file() or record.read_text(encoding="utf-8") != f"{path}\n":
-        record.write_text(f"{path}\n", encoding="utf-8")
+def claim(results: Path, study_file: Path) -> None:
+    """Write down the study file of a folder of results, and lock the folder until the end.
+
+    The kernel drops a lock when its holder dies, so that a run that was killed leaves none. What
+    its jobs had begun to write is removed.
+
+    Raises
+    ------
+    StudyError
+        If another run has locked it.
+    """
+    results.mkdir(parents=True, exist_ok=True)
+    record = (results / RECORD).open("a", encoding="utf-8")
+    try:
+        fcntl.flock(record, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise StudyError(
+            f"another run of this study is active in {results.absolute()}: wait for it or stop it"
+        ) from None
+    _held.append(record)
+    record.truncate(0)
+    print(near(study_file.absolute()), file=record, flush=True)
+    for path in results.rglob(TEMPORARY):
+        path.unlink(missing_ok=True)

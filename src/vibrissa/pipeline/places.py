@@ -7,7 +7,6 @@ PACKAGE = Path(__file__).resolve().parents[1]
 HOME = PACKAGE if (PACKAGE / "Snakefile").is_file() else PACKAGE.parents[1]
 SNAKEFILE = HOME / "Snakefile"
 PAPER = HOME / "config.yaml"
-PROFILES = HOME / "workflow/profiles"
 
 
 def near(path: Path) -> Path:

@@ -1,0 +1,50 @@
+"""Layouts of reference tables: their keys, columns and tolerances."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import yaml
+from pydantic import BaseModel, BeforeValidator, ConfigDict, NonNegativeFloat, TypeAdapter
+from pydantic import ValidationError as InvalidLayout
+
+from vibrissa.errors import ComparisonError
+
+
+class Tolerance(BaseModel):
+    """How far a number may be from its reference: |change| ≤ absolute + relative·|reference|."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    absolute: NonNegativeFloat = 0.0
+    relative: NonNegativeFloat = 0.0
+
+
+def _in_numbers(written: Any) -> Any:
+    return {} if written == "exact" else written
+
+
+class Layout(BaseModel):
+    """A reference table: its keys identify a row."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    keys: list[str]
+    columns: dict[str, Annotated[Tolerance, BeforeValidator(_in_numbers)]]
+
+
+def read_layouts(path: Path) -> dict[str, Layout]:
+    """Read the layouts of reference tables, by their names, from a YAML file.
+
+    Raises
+    ------
+    ComparisonError
+        If the file has something else.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return TypeAdapter(dict[str, Layout]).validate_python(content)
+    except (yaml.YAMLError, InvalidLayout) as error:
+        raise ComparisonError(
+            f"{path} does not say what to compare ({error}); allowed: for each table keys: a "
+            "list, and columns: each exact or {absolute: number, relative: number}"
+        ) from None
