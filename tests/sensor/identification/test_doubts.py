@@ -86,12 +86,12 @@ def test_a_jump_of_the_clamp_is_doubted(response):
 
 def test_the_grade_of_a_period_is_that_of_its_worst_doubt():
     """Whatever the order in which the doubts are found."""
-    rows = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1]], dtype=bool)
+    rows = np.array([[0, 1, 1], [0, 0, 1]], dtype=bool)
     checks = [
         Check(grade=grade, periods=row, sentence="") for grade, row in zip(Grade, rows, strict=True)
     ]
     for order in (checks, checks[::-1]):
-        assert grades(order, 4).tolist() == ["", "information", "doubtful", "wrong"]
+        assert grades(order, 3).tolist() == ["", "doubtful", "wrong"]
 
 
 def test_samples_that_are_missing_on_the_way_back_are_seen(response):

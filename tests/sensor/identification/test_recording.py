@@ -48,20 +48,11 @@ def test_a_table_of_another_program_is_for_import(tmp_path, text):
     assert "there are: footpoint, force_y. vibrissa import" in str(raised.value)
 
 
-def test_columns_without_a_unit_are_taken_in_that_of_the_rod_and_named():
-    frame = table().rename(columns={"footpoint [m]": "footpoint", "moment_z [N*m]": "moment_z"})
-    found = read(frame)
-    assert found.clamp[:2] == pytest.approx([0.0, 0.01])
+def test_columns_are_converted_from_their_units():
+    found = read(table().rename(columns={"footpoint [m]": "footpoint [L]"}))
+    assert found.clamp[:2] == pytest.approx([0.0, 0.001])
     assert found.readings[0] * SCALE == pytest.approx([-1.0, -2.0, -0.01])
-    assert found.notes == (
-        "the DataFrame gives no unit for these columns, taken as: footpoint in m, moment_z in N*m",
-    )
-    own = read(
-        frame.rename(columns={"force_x [N]": "force_x", "force_y [N]": "force_y"}), units=Units()
-    )
-    assert "footpoint in L, force_x in E*I0/L^2, force_y in E*I0/L^2" in own.notes[0]
-    assert own.clamp[1] == 1e-3 and own.readings[0].tolist() == [-1.0, -2.0, -0.01]
-    assert read(table()).notes == ()
+    assert found.notes == ()
 
 
 @pytest.mark.parametrize(

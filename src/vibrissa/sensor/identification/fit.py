@@ -7,6 +7,7 @@ C = (JᵀJ + 1/σ²)⁻¹ with J = ∂(residuals)/∂p. This is Bayes' theorem f
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -50,6 +51,24 @@ class Noise:
         less = (1.0 / np.sqrt(1.0 + self.position**2 * square) - 1.0) / square
         part = (scaled * along).sum(axis=-1) * less
         return np.asarray(scaled + part[..., None] * along)
+
+
+class Changes(NamedTuple):
+    """Changes per unit of each of k parameters, in n blocks and p periods.
+
+    Attributes
+    ----------
+    readings : ndarray, shape (k, n, c)
+        In standard deviations, with the best u.
+    u : ndarray, shape (p, k)
+        Of the best one.
+    friction : ndarray, shape (p, k)
+        With a known u.
+    """
+
+    readings: FloatArray
+    u: FloatArray
+    friction: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -115,8 +134,8 @@ class Fit:
         return fit
 
     @cached_property
-    def _changes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Derivatives by the parameters of readings, u and friction."""
+    def by_setup(self) -> Changes:
+        """What changes per unit of each parameter."""
         blocks = self.forward.blocks
         _, slope, of_one, _ = self._seen
         readings, friction = self.forward.changes(self.p, self.u)
@@ -125,22 +144,7 @@ class Fit:
         moves /= self.known[:, None]
         for one, moved in zip(found, moves.T, strict=True):
             one += slope * moved[blocks.period][:, None]
-        return found, moves, friction.T
-
-    @property
-    def changes(self) -> FloatArray:
-        """Change of the readings per unit of each parameter, with the best u, shape (k, n, c)."""
-        return self._changes[0]
-
-    @property
-    def moves(self) -> FloatArray:
-        """Change of each u per unit of each parameter, shape (p, k)."""
-        return self._changes[1]
-
-    @property
-    def friction(self) -> FloatArray:
-        """Change of each friction per unit of each parameter, for a known u, shape (p, k)."""
-        return self._changes[2]
+        return Changes(found, moves, friction.T)
 
     @cached_property
     def rows(self) -> BoolArray:
@@ -166,7 +170,7 @@ class Fit:
     def jacobian(self) -> FloatArray:
         """Change of the residuals that are kept per tolerance, shape (f, m)."""
         size, sigma = int(self.free.sum()), self.sigma[self.free]
-        return -self.changes[self.free][:, self.rows].reshape(size, -1) * sigma[:, None]
+        return -self.by_setup.readings[self.free][:, self.rows].reshape(size, -1) * sigma[:, None]
 
     @cached_property
     def normal(self) -> FloatArray:
@@ -204,7 +208,7 @@ class Fit:
     @cached_property
     def heights_of_tips(self) -> tuple[FloatArray, FloatArray]:
         """How far each tip is below the plane of the surface, and the variance of that (L)."""
-        blocks, change = self.forward.blocks, self.changes[self.forward.number["eta"]]
+        blocks, change = self.forward.blocks, self.by_setup.readings[self.forward.number["eta"]]
         known = np.maximum(blocks.sums((change**2).sum(axis=1)), 1.0)
         return blocks.sums((change * self.residuals).sum(axis=1)) / known, 1.0 / known
 

@@ -67,7 +67,6 @@ def identify(
     recording : Recording, Path, str or DataFrame
         A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
         ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``.
-        Columns without a unit are in SI units, or dimensionless if the rod is.
     method : Method, optional
         Method of estimating friction; default: ``model`` with a rod, else ``ratio``.
     transducer : Transducer or str, optional

@@ -150,7 +150,7 @@ def read_periods(fit: Fit, slipped: Slipped) -> Periods:
     slope *= forward.ends.sign
     own = _own(fit, slipped.position)
     by_noise = np.abs(slope) * own
-    effects = fit.friction + slope[:, None] * fit.moves
+    effects = fit.by_setup.friction + slope[:, None] * fit.by_setup.u
     by_height, left = _by_height(fit, effects[:, forward.number["eta"]])
     effects = effects[:, fit.free]
     common = common_deviation(effects, fit.covariance)

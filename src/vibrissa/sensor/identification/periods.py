@@ -25,15 +25,12 @@ class Grade(StrEnum):
 
     Attributes
     ----------
-    INFORMATION
-        The friction stands; something beside it is unusual.
     DOUBTFUL
         The friction may be wrong: look at the readings.
     WRONG
         The readings contradict the friction: do not use it.
     """
 
-    INFORMATION = "information"
     DOUBTFUL = "doubtful"
     WRONG = "wrong"
 

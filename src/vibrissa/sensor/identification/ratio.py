@@ -40,8 +40,8 @@ from vibrissa.sensor.identification.uncertainty import (
     variance_between,
 )
 
-# Highest degree that is chosen, and one that suffices for a whole period, however long.
-MOST_DEGREE, WHOLE_DEGREE = 6, 9
+# Highest degree that is chosen.
+MOST_DEGREE = 6
 # What all higher degrees change at most, as a part of what the next one does: for smooth forces
 # each changes a tenth of what the one before does.
 REST = 0.2
@@ -139,7 +139,7 @@ class Onsets:
         Standard deviation of its error by noise, and by what a degree that is too low changes from
         period to period.
     smooth : ndarray of bool, shape (p,)
-        Whether the forces are smooth in the period and towards its end: no slip is hidden in it.
+        Whether the forces are smooth towards the end of the period: no slip is hidden there.
     """
 
     fits: ForceFits
@@ -156,8 +156,8 @@ class Onsets:
         return float((own**2).mean() + self.shared**2)
 
 
-def in_window(blocks: Blocks, ends: Ends, part: float) -> tuple[Blocks, FloatArray, FloatArray]:
-    """Take the last samples of each period, within a part of the usual way of the clamp.
+def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray, FloatArray]:
+    """Take the last samples of each period, within the usual way of the clamp.
 
     Returns
     -------
@@ -169,7 +169,7 @@ def in_window(blocks: Blocks, ends: Ends, part: float) -> tuple[Blocks, FloatArr
     """
     way = blocks.clamp - ends.clamp[blocks.period]
     length = np.maximum.reduceat(np.abs(way), blocks.starts)
-    length = np.minimum(length, part * np.median(length))
+    length = np.minimum(length, np.median(length))
     # Signed, so that the places in the window are negative whichever way the clamp moved.
     length *= np.where(blocks.sums(way) > 0.0, -1.0, 1.0)
     near = np.abs(way) <= np.abs(length)[blocks.period] * (1.0 + ROUNDING)
@@ -221,19 +221,18 @@ def read_onsets(
     blocks: Blocks, noise: FloatArray, ends: Ends, lag: FloatArray, position: float
 ) -> Onsets:
     """Read the ratio of the forces at the onset of slip that ends each period."""
-    window, whole = (in_window(blocks, ends, part) for part in (1.0, np.inf))
+    window = in_window(blocks, ends)
     # Noise of the positions is one of the forces, too: by how they grow with the clamp.
-    straight = fitted_forces(whole, noise, ends, lag, 1)
+    straight = fitted_forces(window, noise, ends, lag, 1)
     growth = np.abs(2.0 * straight.coefficients[:, 1] / straight.length[:, None])
     if position:
         noise = np.hypot(noise, np.nan_to_num(np.nanmedian(growth, axis=0)) * position)
     fits = [fitted_forces(window, noise, ends, lag, n) for n in range(1, MOST_DEGREE + 2)]
-    rough = fitted_forces(whole, noise, ends, lag, WHOLE_DEGREE).chance <= UNLIKELY
     candidates = [_corrected(low, high, ends.sign) for low, high in pairwise(fits)]
     best = min(candidates, key=lambda one: one.error)
     # The middle of the step to the slip lies between two positions.
     by_position = np.abs(best.fits.slope) * position / np.sqrt(2.0)
-    return replace(best, own=np.hypot(best.own, by_position), smooth=best.smooth & ~rough)
+    return replace(best, own=np.hypot(best.own, by_position))
 
 
 def _corrected(low: ForceFits, high: ForceFits, sign: FloatArray) -> Onsets:
@@ -328,16 +327,10 @@ def check_forces(forces: FloatArray, noise: FloatArray) -> None:
     """
     if not np.ptp(forces[:, 0]):
         raise RecordingError("force_x has one value in all rows: the channel was not recorded")
-    usual = float(np.median(forces[:, 1]) / noise[1])
-    if usual >= 1.0:
+    if np.median(forces[:, 1]) > -noise[1]:
         raise RecordingError(
-            "force_y is positive: it is the load of the rod on the clamp, negative where the rod "
-            "presses against the surface"
-        )
-    if usual > -1.0:
-        raise RecordingError(
-            "force_y is less than its noise: the rod does not press against the surface, or the "
-            "channel was not recorded"
+            "force_y is not negative: it is the load of the rod on the clamp, which is negative "
+            "where the rod presses against the surface"
         )
 
 

@@ -107,9 +107,8 @@ def read_recording(
     ----------
     source : Path or DataFrame
         CSV, Parquet or DataFrame. Needs the column ``footpoint`` and those that the method uses
-        (``ratio``: both forces; ``model``: the moment, or both forces, or all), each with its unit;
-        in a DataFrame without units they are in those of `units`, SI or the rod's own, and its
-        notes say so. A column ``time`` is optional; it must increase.
+        (``ratio``: both forces; ``model``: the moment, or both forces, or all), each with its unit.
+        A column ``time`` is optional; it must increase.
 
     Raises
     ------
@@ -121,9 +120,6 @@ def read_recording(
     others = [name for name in CHANNELS if name not in needed]
     table = _table(source, needed, ["time", *others])
     _check_time(table)
-    notes: tuple[str, ...] = ()
-    if not isinstance(source, Path):
-        table, notes = _with_units(table, units)
     clamp = _nondimensional(table, "footpoint", Kind.LENGTH, units)
     readings = np.full((len(clamp), len(CHANNELS)), np.nan)
     for channel, kind, column in zip(CHANNELS, CHANNEL_KINDS, readings.T, strict=True):
@@ -132,11 +128,10 @@ def read_recording(
     saturated = np.zeros(readings.shape, dtype=bool)
     if transducer is not None:
         saturated = transducer.saturated(readings * units.channels) & ~np.isnan(readings)
-    used, dropped = _used(np.isnan(readings) | saturated, table, method)
+    used, notes = _used(np.isnan(readings) | saturated, table, method)
     readings[:, [i for i in range(len(CHANNELS)) if i not in used]] = np.nan
     missing = np.isnan(clamp) | np.isnan(readings[:, used]).any(axis=1)
     at_limit = saturated[:, used].any(axis=1) & ~missing
-    notes += dropped
     notes += left_out(table.line[missing], "a value is missing")
     notes += left_out(table.line[at_limit], "the transducer is saturated")
     recording = Recording(
@@ -168,15 +163,16 @@ def _used(
             f"{', '.join(table.columns)}. {IMPORT}"
         )
     part = lost.mean(axis=0)
-    used, notes = list(there), []
-    for i in sorted(there, key=lambda i: -part[i]):
-        rest = [j for j in used if j != i]
-        # No row is left out for a moment that the ratio does not need.
-        allowed = MOST_MISSING if method is Method.MODEL else (0.0 if i == MOMENT else 1.0)
-        if part[i] > allowed and suffices(rest):
-            used = rest
-            rows = int(lost[:, i].sum())
-            notes.append(f"{CHANNELS[i]} is missing or saturated in {rows} rows: it is not used")
+    # No row is left out for a moment that the ratio does not need.
+    allowed = np.array([1.0, 1.0, 0.0] if method is Method.RATIO else [MOST_MISSING] * 3)
+    used = [i for i in there if part[i] <= allowed[i]]
+    if not suffices(used):
+        used = [MOMENT] if MOMENT in there and part[MOMENT] < part[FORCES].max() else there
+    notes = (
+        f"{CHANNELS[i]} is missing or saturated in {int(lost[:, i].sum())} rows: it is not used"
+        for i in there
+        if i not in used
+    )
     return used, tuple(notes)
 
 
@@ -248,19 +244,6 @@ def _check_time(table: series.Table) -> None:
             f"{table.place(int(np.argmax(late)) + 1)}: time does not increase; sort the table, or "
             "leave the column out"
         )
-
-
-def _with_units(table: series.Table, units: Units) -> tuple[series.Table, tuple[str, ...]]:
-    """Assume the unit of the computation for columns without a unit, and note it."""
-    kinds = {"footpoint": Kind.LENGTH, **dict(zip(CHANNELS, CHANNEL_KINDS, strict=True))}
-    assumed = {
-        name: units.name(kind)
-        for name, kind in kinds.items()
-        if name in table.columns and not table.units.get(name)
-    }
-    said = ", ".join(f"{name} in {unit}" for name, unit in assumed.items())
-    notes = (f"{table.source} gives no unit for these columns, taken as: {said}",) if said else ()
-    return replace(table, units=table.units | assumed), notes
 
 
 def _nondimensional(table: series.Table, name: str, kind: Kind, units: Units) -> FloatArray:

@@ -1,8 +1,8 @@
 """Result of an identification: friction of the periods, in the units of the rod.
 
 The ratio of the forces, which needs no rod, is compared with the model of the rod. Both read the
-same samples, with the covariance Σ of the readings before and C after the fit. With the effects R
-and M of errors on ratio and model, their difference has the variance R·Σ·Rᵀ + M·C·Mᵀ − 2·R·C·Mᵀ.
+same samples, and the model makes the most of them: the common errors of their difference have at
+most the variance of those of the ratio (Hausman, 1978).
 """
 
 from dataclasses import dataclass, replace
@@ -15,6 +15,7 @@ from vibrissa.sensor.identification.goodness import Cause, Goodness, Tolerance
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
+from vibrissa.sensor.identification.uncertainty import common_deviation
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
 
@@ -150,8 +151,7 @@ def beside(model: Identification, ratio: Identification) -> Beside:
     own = one.by_noise**2 + other.by_noise**2
     # The onset is late by the same part of the step.
     by_step = np.abs(one.by_step - other.by_step)
-    shared = _common(one.effects, other.effects, model, ratio)
-    alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + shared))
+    alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + other.common**2))
     found = Beside(
         ratio=np.where(known, other.mu0, np.nan),
         deviation=np.where(known, other.deviation, np.nan),
@@ -162,21 +162,8 @@ def beside(model: Identification, ratio: Identification) -> Beside:
         return found
     # One that disagrees by itself does not make all of them doubtful.
     kept = known & ~alone if 2 * alone.sum() < known.sum() else known
-    mine, theirs = (each.effects[kept].mean(axis=0)[None] for each in (one, other))
-    variance = _common(mine, theirs, model, ratio)[0]
+    effect = other.effects[kept].mean(axis=0)[None]
+    variance = common_deviation(effect, ratio.covariance)[0] ** 2
     variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
     found = replace(found, difference=float(apart[kept].mean()), spread=float(np.sqrt(variance)))
     return found if found.agrees else replace(found, off=np.ones(len(one), dtype=bool))
-
-
-def _common(
-    of_model: FloatArray, of_ratio: FloatArray, model: Identification, ratio: Identification
-) -> FloatArray:
-    """Variance of the difference by the common errors, for effects of shape (n, k) each."""
-    names = [one.name for one in model.tolerances]
-    places = [names.index(one.name) for one in ratio.tolerances]
-    both = np.zeros_like(of_model)
-    both[:, places] = of_ratio[:, : len(places)]
-    found = np.einsum("ni,ij,nj->n", of_ratio, ratio.covariance, of_ratio)
-    found += np.einsum("ni,ij,nj->n", of_model - 2.0 * both, model.covariance, of_model)
-    return np.asarray(np.maximum(found, 0.0))
