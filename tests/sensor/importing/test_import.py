@@ -236,7 +236,6 @@ FORCE = {"force_x": "Fx [N]"}
         (TITLED, {"begin": "4"}, ["from must be a time or a clamp position"]),
         (TITLED, {"titles": 99}, ["no table"]),
         (TITLED, {"decimal": ";"}, ["decimal: input should be '.' or ','"]),
-        (TITLED, {"separator": "dash"}, ["separator: input should be 'semicolon'"]),
         (TITLED, {"speeed": "1"}, ["there is no key speeed; did you mean speed?"]),
     ],
 )

@@ -101,7 +101,7 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
         If it cannot be read as a recording, or in more than one way; a line for each error.
     """
     text = decoded(data, name)
-    layout = layout_of(text, name, settings.separator, settings.decimal, settings.titles)
+    layout = layout_of(text, name, settings.decimal, settings.titles)
     found, values = _read(layout, name, settings)
     if settings.turn:
         values = turned(values, settings.turn)

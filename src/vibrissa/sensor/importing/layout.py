@@ -73,11 +73,7 @@ def decoded(data: bytes, name: str) -> str:
 
 
 def layout_of(
-    text: str,
-    name: str,
-    separator: str | None = None,
-    decimal: str | None = None,
-    title_line: int | None = None,
+    text: str, name: str, decimal: str | None = None, title_line: int | None = None
 ) -> Layout:
     """Find the table in a text.
 
@@ -88,13 +84,13 @@ def layout_of(
     """
     lines = lines_of(text)
     below = lines[~lines.str.match(COMMENT) & (lines.index > (title_line or 0))].head(SAMPLE)
-    tried = {one: _block(below, one) for one in ([separator] if separator else SEPARATORS)}
+    tried = {one: _block(below, one) for one in SEPARATORS}
     separator = max(tried, key=lambda one: tried[one][1])
     first, share = tried[separator]
     if not share:
         raise RecordingError(
             f"{name}: no table of {FEWEST_COLUMNS} columns and {FEWEST_ROWS} rows of numbers at "
-            "least was found; if there is one, add --separator"
+            "least was found"
         )
     lines, sign = _separated(lines, separator)
     above, under = lines.loc[: first - 1], lines.loc[first:]

@@ -72,8 +72,6 @@ class Settings(BaseModel):
     to move."""
     to: At | None = None
     """Last sample to take: '40 s'. With --speed, when the stage stops."""
-    separator: Literal["semicolon", "tab", "comma", "bar", "blank"] | None = None
-    """Separator of the columns: semicolon, tab, comma, bar or blank. Found by default."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, '.' or ','. Found by default."""
     titles: int | None = Field(None, ge=0)
