@@ -66,12 +66,11 @@ def test_results_are_told_in_the_units_in_which_the_rod_was_given(whisker):
 
 def test_a_recording_is_told_in_the_units_of_what_was_given(whisker):
     steel = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
-    given = Whisker.read(2.0, "85 mm", **steel).wishing("3 mN, 4 mN, 10 N*mm", 0.3, "5 %")
+    given = Whisker.read(2.0, "85 mm", noise="3 mN, 4 mN, 10 N*mm", **steel)
     units = given.units
     force = 0.25 / units.unit(Kind.FORCE)
     assert units.spelled(force, Kind.FORCE, 3) == "250 mN"
     assert units.spelled(0.002 / units.unit(Kind.MOMENT), Kind.MOMENT) == "2 N*mm"
-    assert given.wishing("2 uN, 1 cm").units.wished == units.wished
     assert whisker.units.spelled(force, Kind.FORCE) == "0.25 N"
     assert Units().spelled(0.25, Kind.LENGTH) == "0.25 L"
     assert Units(si=True, wished={Kind.LENGTH: "mm"}).spelled(0.25, Kind.LENGTH) == "250 mm"

@@ -28,7 +28,7 @@ WRONG = 5.0
 @cache
 def measured():
     """Rows of a recording of the known surface, as texts."""
-    _ = WHISKER.pulled  # solved once, for all examples
+    _ = WHISKER.response  # solved once, for all examples
     surface = surfaces.constant(FRICTION)
     signals = scan(WHISKER, surface, step="0.1 mm", to=["12 mm"], law="kinetic").measured(SENSOR)
     clamp = signals.truth.clamp * 100.0

@@ -19,7 +19,7 @@ from vibrissa.wording import markdown_table
 
 NOISE = "3 mN, 3 mN, 10 uN*m"
 STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
-WHISKER = Whisker.read(2, "85 mm", **STEEL).wishing(NOISE)
+WHISKER = Whisker.read(2, "85 mm", noise=NOISE, **STEEL)
 # Costs below this do not count.
 LEAST = 1e-5
 

@@ -3,6 +3,7 @@
 In a TOML file a line is ``name = number`` or ``name = "value ± tolerance unit"``.
 """
 
+from dataclasses import replace
 from decimal import Decimal
 from functools import cached_property
 from numbers import Real
@@ -191,7 +192,8 @@ class Setup(BaseModel):
         )
         written = {name: getattr(self, name) for name in KINDS}
         stated = {name: one.tolerance for name, one in written.items() if one and one.tolerance}
-        return whisker.tolerating(read_tolerances(units, stated | self.tolerances, whisker))
+        sizes = read_tolerances(units, stated | self.tolerances, whisker)
+        return replace(whisker, tolerances=sizes)
 
     def _read(self, name: str, units: Units) -> float:
         return float(units.read(getattr(self, name).value, KINDS[name], name))

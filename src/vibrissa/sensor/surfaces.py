@@ -1,6 +1,6 @@
 """Surfaces: static friction μ0 as a function of the position along the surface."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -76,32 +76,26 @@ def constant(mu0: float) -> Surface:
 
     Examples
     --------
-    >>> print(constant(0.3).mu0(np.array([0.0, 1.0])))
+    >>> print(constant(0.3)(np.array([0.0, 1.0])))
     [0.3 0.3]
     """
-    if not (np.isfinite(mu0) and mu0 > 0.0):
-        raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
     return Surface(name="constant", mu0=lambda x: np.full(np.shape(x), float(mu0)))
 
 
-def patches(starts: Sequence[float], mu0: Sequence[float]) -> Surface:
+def patches(starts: ArrayLike, mu0: ArrayLike) -> Surface:
     """Surface of patches with one friction each.
 
     Parameters
     ----------
-    starts : sequence of float
+    starts : array_like
         Where each patch begins (L), increasing; the first also reaches to −infinity.
 
     Examples
     --------
-    >>> print(patches([0.0, 0.5], [0.2, 0.4]).mu0(np.array([0.1, 0.9])))
+    >>> print(patches([0.0, 0.5], [0.2, 0.4])(np.array([0.1, 0.9])))
     [0.2 0.4]
     """
-    edges, values = np.asarray(starts, dtype=float), np.asarray(mu0, dtype=float)
-    if len(edges) == 0 or len(edges) != len(values):
-        raise ArgumentError("patches need as many starts as values of mu0, at least one")
-    if np.any(~(np.diff(edges) > 0.0)):
-        raise ArgumentError("patches must be in order: each start greater than the one before")
+    edges, values = _increasing("patches", starts, mu0, 1)
     return Surface(
         name="patched",
         mu0=lambda x: values[np.searchsorted(edges[1:], x, side="right")],
@@ -119,15 +113,10 @@ def profile(x: ArrayLike, mu0: ArrayLike) -> Surface:
 
     Examples
     --------
-    >>> print(profile([0.0, 1.0], [0.2, 0.4]).mu0(np.array([0.25])))
-    [0.25]
+    >>> print(profile([0.0, 1.0], [0.2, 0.4])(0.25))
+    0.25
     """
-    at, values = np.asarray(x, dtype=float), np.asarray(mu0, dtype=float)
-    if len(at) < 2 or len(at) != len(values):
-        raise ArgumentError("a profile needs at least two points (x, mu0)")
-    if np.any(~(np.diff(at) > 0.0)):
-        row = int(np.flatnonzero(~(np.diff(at) > 0.0))[0]) + 2
-        raise ArgumentError(f"x of a profile must increase; it does not at point {row}")
+    at, values = _increasing("a profile", x, mu0, 2)
     return Surface(
         name="profile",
         mu0=lambda p: np.interp(p, at, values),
@@ -135,6 +124,19 @@ def profile(x: ArrayLike, mu0: ArrayLike) -> Surface:
         stop=float(at[-1]),
         edges=at,
     )
+
+
+def _increasing(
+    name: str, x: ArrayLike, mu0: ArrayLike, least: int
+) -> tuple[FloatArray, FloatArray]:
+    """Positions and friction as arrays; they are refused where positions do not increase."""
+    at, values = np.asarray(x, dtype=float), np.asarray(mu0, dtype=float)
+    if len(at) < least or len(at) != len(values):
+        raise ArgumentError(f"{name} must have at least {least} pairs of a position and a mu0")
+    falls = np.flatnonzero(~(np.diff(at) > 0.0))
+    if len(falls):
+        raise ArgumentError(f"positions of {name} must increase: number {falls[0] + 2} does not")
+    return at, values
 
 
 def random(
@@ -205,10 +207,9 @@ def read_surface(
 
 def _read_patches(text: str, units: Units) -> Surface:
     pairs = [part.partition(":") for part in text.split(",")]
-    return patches(
-        [float(units.read(start, Kind.LENGTH, "start of a patch")) for start, _, _ in pairs],
-        [float(units.read_positive(value, Kind.NUMBER, "mu0 of a patch")) for _, _, value in pairs],
-    )
+    starts = [float(units.read(start, Kind.LENGTH, "start of a patch")) for start, *_ in pairs]
+    mu0 = [float(units.read_positive(one, Kind.NUMBER, "mu0 of a patch")) for *_, one in pairs]
+    return patches(starts, mu0)
 
 
 def _read_profile(path: Path, units: Units) -> Surface:

@@ -12,7 +12,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.quantities import Kind, Quantity, Units, wished_units
+from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
@@ -92,14 +92,6 @@ class Whisker:
 
         return Setup.read(theta=theta, eta=eta, **properties).whisker
 
-    def tolerating(self, tolerances: Mapping[str, float]) -> "Whisker":
-        """Return the same whisker with more tolerances, as `read_tolerances` returns them."""
-        return replace(self, tolerances={**self.tolerances, **tolerances})
-
-    def wishing(self, *given: object) -> "Whisker":
-        """Return the same whisker, with results in the units of these texts, too."""
-        return replace(self, wished={**wished_units(*given), **self.wished})
-
     @property
     def units(self) -> Units:
         """Units of its results."""
@@ -117,42 +109,23 @@ class Whisker:
         )
 
     @cached_property
-    def pushed(self) -> "Response":
-        """Response where the clamp pushes the tip, x0 ≥ 0."""
-        return self._respond(pull=False)
-
-    @cached_property
-    def pulled(self) -> "Response":
-        """Response where the clamp pushes or pulls the tip."""
-        return self._respond(pull=True)
-
-    def _respond(self, pull: bool) -> "Response":
-        from vibrissa.sensor.response.branch import responses
-
-        return responses([self], pull)[0]
-
-    def response(self, backward: bool) -> "Response":
-        """Response, with retraction (x0 < 0) where it is resolved: a long slip ends there.
+    def response(self) -> "Response":
+        """Response, with retraction (x0 < 0) where it is resolved.
 
         Raises
         ------
         NoResponseError
-            If the rod has no response, or the necessary retraction is not resolved.
+            If the rod has none.
         """
-        try:
-            return self.pulled
-        except NoResponseError:
-            if backward:
-                raise
-            return self.pushed
+        from vibrissa.sensor.response.branch import responses
 
-    def stage(
-        self,
-        positions: FloatArray,
-        backward: bool,
-        progress: Progress = quiet,
-    ) -> "Stage":
-        """Solve the response, as `response` does, at all heights that the stage passes.
+        try:
+            return responses([self], True)[0]
+        except NoResponseError:
+            return responses([self], False)[0]
+
+    def stage(self, positions: FloatArray, progress: Progress = quiet) -> "Stage":
+        """Solve the response at all heights that the stage passes, as far as there is one.
 
         Parameters
         ----------
@@ -169,7 +142,7 @@ class Whisker:
 
         angle = self.mounting.stage_angle
         if angle == 0.0:
-            return Stage(rod=self.response(backward), eta=self.eta)
+            return Stage(rod=self.response, eta=self.eta)
         reached = self.eta - np.append(positions, 0.0) * np.sin(angle)
         solved = partial(
             respond_over,
@@ -181,7 +154,5 @@ class Whisker:
         try:
             heights = solved(pull=True)
         except NoResponseError:
-            if backward or angle < 0.0:
-                raise
             heights = solved(pull=False)
         return Stage(rod=heights, eta=self.eta, angle=angle)

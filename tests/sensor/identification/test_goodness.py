@@ -115,7 +115,7 @@ OTHER = {
 @pytest.mark.parametrize("name", OTHER)
 def test_another_rod_is_found_and_by_how_much(name):
     whisker, size = OTHER[name]
-    found = found_in(recorded(whisker.pushed))
+    found = found_in(recorded(whisker.response))
     assert not found.goodness.fits
     assert found.causes[0].name == name
     assert found.causes[0].size == pytest.approx(size, rel=0.15)
@@ -124,7 +124,7 @@ def test_another_rod_is_found_and_by_how_much(name):
 @pytest.mark.slow
 def test_an_inclined_surface_is_found_and_by_how_much():
     whisker = replace(GIVEN, mounting=Mounting(stage_angle=np.deg2rad(0.5)))
-    stage = whisker.stage(POSITIONS, backward=False)
+    stage = whisker.stage(POSITIONS)
     truth = simulate(stage, surfaces.random(1, 0.3, 0.04, 0.02), POSITIONS, "free", 0.8)
     recording = recording_of(truth.clamp, measured(truth.reactions, [1, 2]))
     cause = found_in(recording).causes[0]

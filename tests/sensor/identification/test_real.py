@@ -122,7 +122,7 @@ def in_flight(whisker, signals, rows=50):
         way = moved[slip : slip + rows]
         smooth = (part**2 * (3 - 2 * part))[: len(way)]
         way[:] = place[slip - 1] + (place[slip] - place[slip - 1]) * smooth
-    return whisker.pulled(truth.clamp - moved) * whisker.units.channels
+    return whisker.response(truth.clamp - moved) * whisker.units.channels
 
 
 def filtered(signals, sections):

@@ -26,7 +26,7 @@ def identify(*given, **asked):
 
 def recorded(whisker, seed=1, scale=1.0, alone=False):
     truth = simulate(
-        whisker.pushed, surfaces.random(seed, 0.3, 0.04, 0.02), path("0.0005", ["0.6"])
+        whisker.response, surfaces.random(seed, 0.3, 0.04, 0.02), path("0.0005", ["0.6"])
     )
     readings = measured(scale * truth.reactions, [seed, 2])
     if alone:

@@ -52,7 +52,7 @@ def test_identify_reads_the_errors_of_the_zeros(tmp_path, signals, whisker, name
 
 def test_a_stated_tolerance_goes_before_that_of_the_recording(tmp_path, signals):
     series.write(tmp_path / "a.csv", signals, HEADER)
-    stated = Whisker.read(2, "85 mm", **ROD).tolerating({"zero_force_x": 0.0})
+    stated = Whisker.read(2, "85 mm", tolerances={"zero_force_x": "exact"}, **ROD)
     found = identify(stated, tmp_path / "a.csv", tolerances={"zero_force_y": "7 mN"})
     force = WHISKER.units.channels[0]
     of = tolerances_of(found)

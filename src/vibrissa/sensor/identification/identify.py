@@ -29,7 +29,7 @@ from vibrissa.sensor.identification.recording import (
 )
 from vibrissa.sensor.identification.result import Identification, beside
 from vibrissa.sensor.identification.task import Task, in_samples, task_of
-from vibrissa.sensor.quantities import Quantity, Units, chosen
+from vibrissa.sensor.quantities import Quantity, Units, chosen, wished_units
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 
@@ -106,7 +106,8 @@ def identify(
         )
     recording = Path(recording) if isinstance(recording, str) else recording
     if whisker is not None:
-        whisker = whisker.wishing(noise, *(tolerances or {}).values())
+        wished = wished_units(noise, *(tolerances or {}).values())
+        whisker = replace(whisker, wished=wished | dict(whisker.wished))
     if whisker is not None and (whisker.rod is not None or method is Method.MODEL):
         units = whisker.units
     else:

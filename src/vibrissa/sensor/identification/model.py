@@ -48,7 +48,7 @@ def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
         eta=float(whisker.eta - middle * np.sin(mounting.stage_angle)),
         mounting=replace(mounting, stage_angle=0.0),
     )
-    branch = level.response(backward=False)
+    branch = level.response
     return NearestStates(branch=branch, used=task.used, noise=task.noise)
 
 

@@ -188,8 +188,8 @@ def simulate(
     Raises
     ------
     ArgumentError
-        If an argument is out of range, the path goes backward although the response covers forward
-        motion only, or the tip leaves the known part of the surface.
+        If an argument is out of range, retraction may be needed and the response does not cover
+        it, or the tip leaves the known part of the surface.
     """
     positions, law = np.asarray(positions, dtype=float), chosen(SlipLaw, law, "law")
     if not 0.0 < kinetic_ratio <= 1.0:
@@ -197,10 +197,11 @@ def simulate(
     stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
     at, told = float(positions[0]), surface.told
     start = stage.branch(at)
-    if start.x0_pull == 0.0 and (np.diff(positions) < 0.0).any():
+    retracts = law is SlipLaw.ENERGY or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
+    if retracts and start.x0_pull == 0.0:
         raise ArgumentError(
-            "the path goes backward, but the response covers forward motion only: "
-            "solve it with pull=True"
+            "a path that goes backward, one away from the surface and the law energy need the "
+            "retraction of the rod, which is not in its response"
         )
     known, outcome, message = _known(stage, positions, told)
     contact = start.x1_init + float(stage.along(at))

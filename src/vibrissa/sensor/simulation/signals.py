@@ -112,12 +112,9 @@ def scan(
         units.read_positive(step, Kind.LENGTH, "step"),
         [units.read(turn, Kind.LENGTH, "to") for turn in to],
     )
-    # By the energy law a tip may come to rest in retraction; so does a tip after lateral buckling,
-    # which is not known before.
-    backward = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
     told = partial(progress, "scanning")
     truth = simulate(
-        whisker.stage(positions, backward, progress),
+        whisker.stage(positions, progress),
         replace(surface, units=units),
         positions,
         law,
