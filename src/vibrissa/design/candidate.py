@@ -59,17 +59,17 @@ class Candidate:
     @property
     def theta(self) -> float:
         """Taper."""
-        return self.pair.theta
+        return self.pair.curve.theta
 
     @property
     def eta(self) -> float:
         """Height of the surface (L)."""
-        return self.pair.eta
+        return self.pair.curve.eta
 
     @property
     def mu_lock(self) -> float:
         """Critical friction coefficient."""
-        return self.pair.response.curve.mu_lock
+        return self.pair.curve.mu_lock
 
     @property
     def x0_slip(self) -> FloatArray:

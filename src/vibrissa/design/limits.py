@@ -62,7 +62,7 @@ def _of_rod(
     r: Requirements, pair: Pair, d: FloatArray, length: FloatArray, force: FloatArray
 ) -> Iterator[Limit]:
     """Limits of the material and of the rod's shape; `force` is E·I0/L² (N)."""
-    theta, curve = pair.theta, pair.response.curve
+    theta, curve = pair.curve.theta, pair.curve
     most = r.material.yield_strain / r.safety
     yield Limit("strain", "largest strain of a period", pair.strain * d / length, most)
     lock = LOCK_FACTOR * r.mu0[-1]

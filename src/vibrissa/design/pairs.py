@@ -13,6 +13,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sensor.response.branch import Response, tabulated
 from vibrissa.sensor.strain import STATES, strains_in
+from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
 
 # States of a period among which the largest reactions are sought.
@@ -43,14 +44,9 @@ class Pair:
     strain: float
 
     @property
-    def theta(self) -> float:
-        """Taper."""
-        return self.response.curve.theta
-
-    @property
-    def eta(self) -> float:
-        """Height of the surface (L)."""
-        return self.response.curve.eta
+    def curve(self) -> StickingCurve:
+        """Sticking curve."""
+        return self.response.curve
 
     @cached_property
     def reactions(self) -> FloatArray:

@@ -17,14 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from vibrissa.design.choices import (
-    DIAMETERS,
-    HEIGHTS,
-    LENGTHS,
-    TAPERS,
-    choices_of,
-    heights_of,
-)
+from vibrissa.design import choices
 from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
@@ -39,7 +32,7 @@ from vibrissa.sticking.api import MOST_TAPER
 FRICTIONS = 5
 # What is chosen, and what can be had of it.
 SIZES = ("theta", "eta", "diameter", "length")
-SOLD = {"theta": TAPERS, "diameter": DIAMETERS, "length": LENGTHS}
+SOLD = {"theta": choices.TAPERS, "diameter": choices.DIAMETERS, "length": choices.LENGTHS}
 
 Positive = Annotated[float, Field(gt=0.0)]
 Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -62,14 +55,14 @@ class Requirements(BaseModel):
     """Friction coefficients to be measured: '0.2 to 0.4'."""
     step: Annotated[Size, Kind.LENGTH]
     """Step of the stage: '20 um'."""
-    theta: Annotated[tuple[Taper, ...], Kind.NUMBER] = TAPERS
+    theta: Annotated[tuple[Taper, ...], Kind.NUMBER] = choices.TAPERS
     """Taper, as made: a value, a list or a range; by default from 1 to 10."""
-    length: Annotated[tuple[Size, ...], Kind.LENGTH] = LENGTHS
+    length: Annotated[tuple[Size, ...], Kind.LENGTH] = choices.LENGTHS
     """Length of the rod: a value, a list or a range; by default from 20 to 200 mm."""
-    eta: Annotated[tuple[Part, ...], Kind.NUMBER] = HEIGHTS
+    eta: Annotated[tuple[Part, ...], Kind.NUMBER] = choices.HEIGHTS
     """Height in units of the length, or '85 mm': a value, a list or a range; by default from 0.5
     to 0.98."""
-    diameter: Annotated[tuple[Size, ...], Kind.LENGTH] = DIAMETERS
+    diameter: Annotated[tuple[Size, ...], Kind.LENGTH] = choices.DIAMETERS
     """Diameter at the clamp, as sold: a value, a list or a range; by default from 0.1 to 10 mm."""
     tip: Annotated[Least, Kind.LENGTH] = 1e-4
     """Least diameter of the tip; by default 0.1 mm."""
@@ -121,13 +114,10 @@ class Requirements(BaseModel):
         marks = cls.model_fields[name].metadata
         kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind.NUMBER)
         if name == "eta":
-            return heights_of(value, info.data.get("length", ()))
-        if name == "mu0" and "," in value:
-            raise ArgumentError(
-                f"mu0 must be a value or a range, as in '0.2 to 0.4', got {value!r}"
-            )
+            return choices.heights_of(value, info.data.get("length", ()))
         if name in (*SIZES, "mu0"):
-            return choices_of(value, lambda text: _read(text, kind, name), SOLD.get(name, ()))
+            sold = SOLD.get(name, ())
+            return choices.choices_of(value, lambda text: _read(text, kind, name), sold)
         return _read(value, kind, name)
 
     @model_validator(mode="after")

@@ -226,10 +226,6 @@ def _read_texture(text: str, seed: int, units: Units) -> Surface:
     parts = text.split(",")
     if len(parts) != 3:
         raise ArgumentError(f"texture needs 'mean, deviation, correlation length', got {text!r}")
-    names = ("mean", "deviation", "correlation length")
-    kinds = (Kind.NUMBER, Kind.NUMBER, Kind.LENGTH)
-    mean, deviation, correlation = (
-        float(units.read(part, kind, f"{name} of the texture"))
-        for part, kind, name in zip(parts, kinds, names, strict=True)
-    )
+    mean, deviation = (float(units.read(part, Kind.NUMBER, "texture")) for part in parts[:2])
+    correlation = float(units.read(parts[2], Kind.LENGTH, "correlation length of the texture"))
     return random(seed, mean, deviation, correlation)

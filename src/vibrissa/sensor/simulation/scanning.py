@@ -69,15 +69,14 @@ class Outcome(StrEnum):
     LOST
         A slip left the computed states: it passed α = 0, and a pushed tip lifted off the
         surface, or a pulled tip reached the end of pushing.
-    AWAY, NEAR
-        An oblique stage took the clamp too far from the surface, or too near, for a response.
+    HEIGHT
+        An oblique stage took the clamp too near to the surface, or too far from it, for a response.
     """
 
     COMPLETE = "complete"
     LOCK = "lock"
     LOST = "lost"
-    AWAY = "away"
-    NEAR = "near"
+    HEIGHT = "height"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -203,7 +202,8 @@ def simulate(
             "a path that goes backward, one away from the surface and the law energy need the "
             "retraction of the rod, which is not in its response"
         )
-    known, outcome, message = _known(stage, positions, told)
+    known, message = _known(stage, positions, told)
+    outcome = Outcome.HEIGHT if message else Outcome.COMPLETE
     contact = start.x1_init + float(stage.along(at))
     tip = Tip(stage=stage, contact=contact, mu0=float(surface(contact)))
     tips, swing = [tip], ""
@@ -232,23 +232,19 @@ def simulate(
     return _assembled(tips, positions[:step], outcome, "; ".join(filter(None, (swing, message))))
 
 
-def _known(
-    stage: Stage, positions: FloatArray, told: Callable[[float], str]
-) -> tuple[int, Outcome, str]:
+def _known(stage: Stage, positions: FloatArray, told: Callable[[float], str]) -> tuple[int, str]:
     """Count the steps whose heights were solved, with the reason why the next one was not."""
     rod = stage.rod
     if isinstance(rod, Response):
-        return len(positions), Outcome.COMPLETE, ""
+        return len(positions), ""
     height = stage.height(positions)
-    out = passes(-height, -rod.low) | passes(height, rod.high)
-    if not out.any():
-        return len(positions), Outcome.COMPLETE, ""
-    first = int(np.argmax(out))
-    outcome, reason = Outcome.NEAR, rod.below
-    if height[first] > rod.high:
-        outcome, reason = Outcome.AWAY, rod.above
-    clamp, at = told(float(positions[first])), told(float(height[first]))
-    return first, outcome, f"the stage takes the clamp at {clamp} to the height {at}: {reason}"
+    out = np.flatnonzero(passes(-height, -rod.low) | passes(height, rod.high))
+    if not len(out):
+        return len(positions), ""
+    clamp, at = float(positions[out[0]]), float(height[out[0]])
+    reason = rod.above if at > rod.high else rod.below
+    message = f"the stage takes the clamp at {told(clamp)} to the height {told(at)}: {reason}"
+    return int(out[0]), message
 
 
 def _slid(tip: Tip, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
