@@ -65,6 +65,8 @@ class Identification(Tabular):
     ----------
     periods : Periods
         Nondimensional.
+    units : Units
+        Units of the results.
     by_model : bool
         Whether they were read by the model of the rod, and not by the ratio of the forces.
     tolerances : tuple of Tolerance

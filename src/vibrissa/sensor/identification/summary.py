@@ -46,6 +46,8 @@ class FrictionSummary:
 
     Attributes
     ----------
+    found : Identification
+        What is summarised.
     mean : float
         Weighted mean of μ0 over the places where the tip slipped; NaN if nowhere.
     random : float
