@@ -28,7 +28,7 @@ def main(argv: list[str]) -> int:
         results = Path("results", study.name)
         output = options.output or results.with_name(f"{study.name}.crate.zip")
         outdated.need_current(study, options.configfile)
-        files = write_archive(
+        number = write_archive(
             places.HOME,
             results,
             study.results,
@@ -40,7 +40,7 @@ def main(argv: list[str]) -> int:
     except (VibrissaError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    print(f"{output} holds {len(files)} files; unpacked, make verify makes its results again")
+    print(f"{output} holds {number} files; unpacked, make verify makes its results again")
     return 0
 
 

@@ -7,22 +7,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vibrissa.mechanics.mounting import Mounting
-    from vibrissa.mechanics.rod import Rod
-    from vibrissa.outcomes import Status
-    from vibrissa.sticking.api import (
-        EquilibriumState,
-        FrictionRange,
-        Onset,
-        friction_from_travel,
-        solve_curve,
-        solve_onset,
-        solve_state,
-    )
-    from vibrissa.sticking.curve import StickingCurve
-    from vibrissa.sticking.cycles import Scan, stick_slip
-    from vibrissa.sticking.piece import StickingState
-    from vibrissa.tables.frames import read_table
+    from vibrissa.mechanics.mounting import Mounting as Mounting
+    from vibrissa.mechanics.rod import Rod as Rod
+    from vibrissa.outcomes import Status as Status
+    from vibrissa.sticking.api import EquilibriumState as EquilibriumState
+    from vibrissa.sticking.api import FrictionRange as FrictionRange
+    from vibrissa.sticking.api import Onset as Onset
+    from vibrissa.sticking.api import friction_from_travel as friction_from_travel
+    from vibrissa.sticking.api import solve_curve as solve_curve
+    from vibrissa.sticking.api import solve_onset as solve_onset
+    from vibrissa.sticking.api import solve_state as solve_state
+    from vibrissa.sticking.curve import StickingCurve as StickingCurve
+    from vibrissa.sticking.cycles import Scan as Scan
+    from vibrissa.sticking.cycles import stick_slip as stick_slip
+    from vibrissa.sticking.piece import StickingState as StickingState
+    from vibrissa.tables.frames import read_table as read_table
 
 __version__ = "0.1.0"
 
@@ -44,23 +43,7 @@ _HOMES = {
     "read_table": "tables.frames",
 }
 
-__all__ = [
-    "EquilibriumState",
-    "FrictionRange",
-    "Mounting",
-    "Onset",
-    "Rod",
-    "Scan",
-    "Status",
-    "StickingCurve",
-    "StickingState",
-    "friction_from_travel",
-    "read_table",
-    "solve_curve",
-    "solve_onset",
-    "solve_state",
-    "stick_slip",
-]
+__all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> Any:
