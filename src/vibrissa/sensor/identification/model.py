@@ -165,7 +165,7 @@ def read_periods(fit: Fit, slipped: Slipped) -> Periods:
     least, past = _least(fit, own)
     least += by_height - HALF_WIDTH * common
     # Pulled back from past the lock a tip slips after all, but not pushed on.
-    locked = slipped.swung | (past & (opened | (forward.ends.sign > 0.0)))
+    locked = slipped.spans.swung | (past & (opened | (forward.ends.sign > 0.0)))
     # A tip that has stuck with more friction than that at which it slipped did not slip.
     more = ~locked & ~opened & (least > found.high)
     status = np.select(

@@ -78,9 +78,9 @@ class ForceFits(Batch):
         the last sample, for fx and fy; NaN where a period has too few samples.
     covariance : ndarray, shape (p, degree + 1, degree + 1)
         Of the coefficients, for a reading of variance 1.
-    lag, gap : ndarray, shape (p,)
-        In windows: way of the clamp by which the readings lag, and to the next sample (negative
-        where it turned back).
+    step : ndarray, shape (p, 3)
+        Beginning, middle and end of the step to the slip, in windows from the last sample; later
+        by what the readings lag.
     length : ndarray, shape (p,)
         Of the windows.
     chance : ndarray, shape (p,)
@@ -90,8 +90,7 @@ class ForceFits(Batch):
     coefficients: FloatArray
     covariance: FloatArray
     noise: tuple[float, float]
-    lag: FloatArray
-    gap: FloatArray
+    step: FloatArray
     length: FloatArray
     chance: FloatArray
 
@@ -107,7 +106,7 @@ class ForceFits(Batch):
     @cached_property
     def along(self) -> tuple[FloatArray, FloatArray]:
         """Ratio and its deviation over the step to the slip, shape (p, 3)."""
-        return self.ratio(self.lag[:, None] + self.gap[:, None] * STEP)
+        return self.ratio(self.step)
 
     @property
     def mean(self) -> FloatArray:
@@ -118,13 +117,6 @@ class ForceFits(Batch):
     def by_noise(self) -> FloatArray:
         """Standard deviation of that by noise, shape (p,)."""
         return self.along[1][:, 1]
-
-    @property
-    def slope(self) -> FloatArray:
-        """Change of the ratio per way of the clamp, over the step, shape (p,)."""
-        way = self.gap * self.length
-        change = self.along[0][:, 2] - self.along[0][:, 0]
-        return np.divide(change, way, out=np.zeros_like(way), where=way != 0.0)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -210,8 +202,7 @@ def fitted_forces(
         coefficients=coefficients,
         covariance=covariance,
         noise=(float(noise[0]), float(noise[1])),
-        lag=lag / size,
-        gap=ends.gap / size,
+        step=(lag[:, None] + ends.gap[:, None] * STEP) / size[:, None],
         length=size,
         chance=np.where(enough, chance, 1.0),
     )
@@ -231,7 +222,10 @@ def read_onsets(
     candidates = [_corrected(low, high, ends.sign) for low, high in pairwise(fits)]
     best = min(candidates, key=lambda one: one.error)
     # The middle of the step to the slip lies between two positions.
-    by_position = np.abs(best.fits.slope) * position / np.sqrt(2.0)
+    way = np.where(ends.gap != 0.0, ends.gap, np.inf)
+    by_position = (
+        np.abs(best.along[:, 2] - best.along[:, 0]) / np.abs(way) * position / np.sqrt(2.0)
+    )
     return replace(best, own=np.hypot(best.own, by_position))
 
 
@@ -357,7 +351,7 @@ def _statuses(onsets: Onsets, slipped: Slipped, noise: FloatArray) -> tuple[StrA
     alone = sign * fx / np.where(presses, fy, np.nan)
     error = np.hypot(noise[0], alone * noise[1]) / np.abs(fy)
     fallen = (ratio - ratio[:, -1:]) > CERTAIN * np.hypot(deviation, deviation[:, -1:])
-    locked = fallen.any(axis=1) | slipped.swung
+    locked = fallen.any(axis=1) | slipped.spans.swung
     curve = ratio - HALF_WIDTH * deviation
     least = np.fmax(alone - HALF_WIDTH * error, curve[:, -1])
     peak = np.max(np.nan_to_num(curve, nan=-np.inf), axis=1)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
+from scipy.signal import find_peaks
 
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
@@ -65,6 +66,8 @@ class Spans(Batch):
         Whether it ends where samples are missing and no slip is seen.
     passes : ndarray of bool
         Whether a new pass begins after it: the clamp went back unseen.
+    swung : ndarray of bool
+        Whether the rod buckles laterally at the end of the period.
     """
 
     begins: IntArray
@@ -72,6 +75,7 @@ class Spans(Batch):
     after: IntArray
     cut: BoolArray
     passes: BoolArray
+    swung: BoolArray
 
     @property
     def opened(self) -> BoolArray:
@@ -209,6 +213,7 @@ def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray)
         after=after,
         cut=np.isin(ends, last),
         passes=turned & (np.append(steps, 0.0)[ends] > LOST * usual),
+        swung=np.zeros(len(ends), dtype=bool),
     )
     several = found.ends > found.begins
     return found.take(several) if several.any() else found
@@ -275,7 +280,7 @@ def smooth(clamp: FloatArray, position: float) -> FloatArray:
     return np.asarray(uniform_filter1d(clamp, STEPS, mode="nearest"))
 
 
-def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans, BoolArray]:
+def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
     """Cut a recording where the rod swings out of its plane: fx turns round, and fy stays."""
     forces = recording.readings[:, :2]
     last, first = spans.ends[:-1], spans.begins[1:]
@@ -285,7 +290,7 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans, 
     # A tip that slips far, and is pulled after it, presses much less than before.
     turned &= forces[first, 1] < PRESSED * forces[last, 1]
     if not turned.any():
-        return recording, spans, np.zeros(len(spans), dtype=bool)
+        return recording, spans
     kept = int(np.argmax(turned)) + 1
     end = int(spans.ends[kept - 1]) + 1
     note = (
@@ -294,29 +299,18 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans, 
     )
     recording = replace(recording.take(slice(end)), notes=(*recording.notes, note))
     spans = spans.take(slice(kept))
-    spans = replace(spans, after=np.minimum(spans.after, end - 1))
-    return recording, spans, np.arange(kept) == kept - 1
+    after, swung = np.minimum(spans.after, end - 1), np.arange(kept) == kept - 1
+    return recording, replace(spans, after=after, swung=swung)
 
 
 def _falls(falls: FloatArray) -> list[tuple[int, int]]:
     """Peak and trough of each fall of the load by more than `FALL`, as rows."""
-    found: list[tuple[int, int]] = []
-    load = top = bottom = 0.0
-    peak = trough = 0
-    falling = False
-    for row, fall in enumerate(falls.tolist(), start=1):
-        load -= fall
-        if falling:
-            if load < bottom:
-                bottom, trough = load, row
-            elif load > bottom + FALL:
-                found.append((peak, trough))
-                falling, top, peak = False, load, row
-        elif load >= top:
-            top, peak = load, row
-        elif load < top - FALL:
-            falling, bottom, trough = True, load, row
-    return [*found, (peak, trough)] if falling else found
+    load = -np.cumsum(np.append(0.0, falls))
+    # A fall may begin in the first row, before which the load was less.
+    peaks = find_peaks(np.append(-np.inf, load), prominence=FALL)[0] - 1
+    rests = zip(peaks.tolist(), np.split(load, peaks)[1:], strict=True)
+    # Of peaks of the same height that are next to each other the last one counts.
+    return [(row, row + int(rest.argmin())) for row, rest in rests if rest[0] - rest.min() > FALL]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -327,8 +321,6 @@ class Slipped:
     ----------
     recording : Recording
         Without lone spikes, up to where the rod buckles laterally.
-    swung : ndarray of bool, shape (p,)
-        Whether the rod buckles laterally at the end of the period.
     position : float
         Standard deviation of one clamp position (L).
     row : ndarray of int
@@ -337,7 +329,6 @@ class Slipped:
 
     recording: Recording
     spans: Spans
-    swung: BoolArray
     position: float
     row: IntArray
 
@@ -387,8 +378,8 @@ def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slippe
     why = "periods too small for the noise of the readings (record the moment, or less noise)"
     notes += left_out(recording.line[spans.between], why)
     recording = replace(recording, notes=notes)
-    recording, spans, swung = before_swing(recording, spans)
-    found = Slipped(recording=recording, spans=spans, swung=swung, position=position, row=row)
+    recording, spans = before_swing(recording, spans)
+    found = Slipped(recording=recording, spans=spans, position=position, row=row)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
     late = int(np.ceil(slip_rows))
     # Of a slip that takes a while the first sample may not show it, nor the last one.
@@ -411,4 +402,4 @@ def _settled(found: Slipped, early: int, late: int) -> Slipped:
     note = left_out(recording.line[off], "the readings have not settled after a slip")
     spans = replace(spans, begins=begins, ends=ends).take(some)
     recording = replace(recording, notes=(*recording.notes, *note))
-    return replace(found, recording=recording, spans=spans, swung=found.swung[some])
+    return replace(found, recording=recording, spans=spans)
