@@ -47,8 +47,9 @@ STRIDE = 2
 TAIL = np.linspace(0.0, 1.0, 17)[1:]
 # Parts of the tail at which it is looked at for where a rod comes near itself.
 TAIL_LOOKS = np.linspace(0.0, 1.0, 65)[1:]
-# Steps that the search for the nearest parts takes, their bound and the one that ends it (τ).
-NEWTON_STEPS, LONGEST_STEP, CONVERGED = 12, 0.05, 1e-8
+# Steps that the search for the nearest parts takes at most, their bound, the one that counts as
+# converged, and the one that ends the search (τ).
+NEWTON_STEPS, LONGEST_STEP, CONVERGED, ROUNDING = 12, 0.05, 1e-8, 1e-13
 
 BELOW = "the rod dips below the level of its clamp"
 CROSSES_SURFACE = "the rod crosses the surface away from its contact point"
@@ -101,8 +102,6 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
     # A tip that passes through the surface is no arch.
     some = states.take(near)
     touches = some.line | (ends(some).phi1 >= -LEVEL)
-    close = curls[near] | _comes_near(some, eta[near], touches)
-    near, touches = near[close], touches[close]
     if len(near):
         closely = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
         shapes = _Shapes.of(closely, with_tail=bool(curls.any()))
@@ -291,6 +290,8 @@ class _Shapes(Batch):
             # Where the matrix is singular the parts are parallel: any step will do.
             step = np.matvec(np.linalg.pinv(matrix), miss)
             tau = np.clip(tau - np.clip(step, -LONGEST_STEP, LONGEST_STEP), 0.0, self.end)
+            if (np.abs(step) < ROUNDING).all():
+                break
         turn = place.phi[:, 1] - place.phi[:, 0]
         found = (np.abs(step).max(axis=1) < CONVERGED) & (np.abs(turn) > HALF_TURN)
         # Parts that cross are nearest where they do: how far they overlap grows with the angle.

@@ -182,8 +182,13 @@ def _dip(clearance: Callable[[FloatArray], FloatArray], low: float, high: float)
 
 def _first_inadmissible(look: Callable[[FloatArray], Clearance], low: float, high: float) -> float:
     """First fraction from `low` on at which a shape is inadmissible, as it is at `high`."""
-    while high - low > LIMIT_TOLERANCE:
-        at = np.linspace(low, high, ZOOM)
-        first = int(np.argmax(look(at).smallest < -TOLERANCE))
-        low, high = at[max(first - 1, 0)], at[first]
-    return float(high)
+    from scipy.optimize import brentq  # a tenth of a second to load
+
+    def excess(at: float) -> float:
+        # What is far from a limit has an infinite clearance.
+        return float(np.minimum(look(np.array([at])).smallest, CLOSE)[0]) + TOLERANCE
+
+    if low == high or excess(low) <= 0.0:
+        return low
+    # Behind the limit, so that the shape tells how.
+    return min(float(brentq(excess, low, high, xtol=LIMIT_TOLERANCE)) + LIMIT_TOLERANCE, high)
