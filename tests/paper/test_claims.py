@@ -55,13 +55,6 @@ def only_slipping(evidence):
     return replace(evidence, friction=evidence.slipping())
 
 
-guided = changed("friction", ends_by=lambda rows: "snaps", x0_trail=lambda rows: np.nan)
-
-
-def all_locked_in_a_plane(evidence):
-    return changed("friction", status=lambda rows: "lock")(guided(evidence))
-
-
 def turned_over():
     """Give θ = 1 the scans of θ = 3 and the other way round."""
     return changed("scan", theta=lambda rows: 4.0 - rows["theta"])
@@ -225,7 +218,6 @@ EXPECTED = {
 UNCHANGED = changed("taper")
 OTHERWISE = [
     ("pushed", changed("scan", x1=lambda rows: rows["footpoint"] - 0.1), {}, CONTRADICTED),
-    ("event frequency", only_slipping, {}, HOLDS),
     ("event frequency", with_friction(lambda mu0: 0.1 + 0 * mu0), {}, CONTRADICTED),
     ("force unit", UNCHANGED, {"EXAMPLE": THIN}, CONTRADICTED),
     ("example rod", UNCHANGED, {"EXAMPLE": THIN}, HOLDS),
@@ -244,8 +236,6 @@ OTHERWISE = [
         {},
         CONTRADICTED,
     ),
-    ("end of sticking", only_slipping, {}, HOLDS),
-    ("end of sticking", all_locked_in_a_plane, {}, CONTRADICTED),
     (
         "end of sticking",
         changed("friction", alpha_trail=lambda rows: 0.9 * rows["alpha_trail"]),
@@ -316,7 +306,6 @@ OTHERWISE = [
         HOLDS,
     ),
     ("step size analysed", on_the_grids_of_all_steps, {}, HOLDS),
-    ("longer with μ0", only_slipping, {}, HOLDS),
     ("longer with μ0", changed("friction", x0_trail=lambda r: 1 - r["mu0"]), {}, CONTRADICTED),
     ("longer with μ0", changed("friction", f_trail=lambda r: 90 * r["mu0"]), {}, HOLDS),
     ("longer with μ0", with_friction(lambda mu0: 0.1 - 0.1 * mu0), {}, CONTRADICTED),
@@ -431,23 +420,20 @@ def test_a_grid_on_which_no_tip_slips_by_itself_is_not_one_on_which_none_slips(e
     assert finding.verdict == CONDITION and "buckles laterally" in finding.reason
 
 
-# Statements on what is beyond the lock: what is said of round rods, and of guided ones.
+# Statements on what is beyond the lock: words on what the rods do there.
 BEYOND = {
-    "event frequency": ("one that a pushed rod has", "some tips do not slip at all"),
-    "end of sticking": ("slips when it is pulled", "some tips never slip"),
-    "longer with μ0": ("less deformed where its tip slips", "some tips never slip"),
-    "non-linear in μ0": ("only after the rod has buckled laterally", "a vertical tangent"),
-    "more events with μ0": ("where rods are dragged", "each event takes longer"),
+    "event frequency": "one that a pushed rod has",
+    "end of sticking": "slips when it is pulled",
+    "longer with μ0": "less deformed where its tip slips",
+    "non-linear in μ0": "only after the rod has buckled laterally",
+    "more events with μ0": "where rods are dragged",
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BEYOND)
 def test_what_is_said_of_locking_points_is_what_their_rods_do(evidence, name):
-    for world, said in zip((evidence, guided(evidence)), BEYOND[name], strict=True):
-        finding = named(name).judge(world)
-        assert finding.verdict == EXPECTED[name]
-        assert said in finding.reason
+    assert BEYOND[name] in named(name).judge(evidence).reason
 
 
 def rods(**values):
@@ -532,6 +518,15 @@ def test_nothing_is_judged_by_what_failed(paper, study_tables, table, status, wh
     doctored = study_tables[table].from_pylist(rows, schema=study_tables[table].schema)
     with pytest.raises(TableError, match=f"{where} has rows with status {status}"):
         gather(study_tables | {table: doctored}, dict(paper.claims))
+
+
+@pytest.mark.parametrize("change", [{"x0_trail": None}, {"status": "slip"}])
+def test_points_beyond_the_lock_are_needed_and_have_to_slip_in_the_end(paper, study_tables, change):
+    table = study_tables["stiction"]
+    locked = [row | change if row["status"] == "lock" else row for row in table.to_pylist()]
+    doctored = table.from_pylist(locked, schema=table.schema)
+    with pytest.raises(TableError, match="grid friction needs μ0 above μ_lock, and up to 3"):
+        gather(study_tables | {"stiction": doctored}, dict(paper.claims))
 
 
 def test_a_line_is_fitted_and_its_largest_deviation_is_on_either_side():

@@ -24,6 +24,7 @@ from vibrissa.paper.judging import (
     by_bending,
     ends,
     holds_if,
+    judged,
     neighbours,
     rises,
     spread,
@@ -45,27 +46,26 @@ def step_size_analysed(evidence: Evidence) -> Judged:
         **spread("x0,max with steps of 0.01 to 0.00001", stepped, "L"),
         "largest error in units of the step": (share.max(), "1"),
     }
-    if not ((share >= 0.0) & (share < 1.0)).all():
-        return CONTRADICTED, quantities
-    return (AMBIGUOUS if len(used) == 1 else HOLDS), quantities
+    return judged(
+        quantities,
+        contradicted=not ((share >= 0.0) & (share < 1.0)).all(),
+        ambiguous=len(used) == 1,
+    )
 
 
 @judges("longer with μ0")
 def longer_with_friction(evidence: Evidence) -> Judged:
-    rows, locked, trailing = evidence.slipping(), evidence.locking(), evidence.trailing()
-    onset, until = rows["x0_slip"].to_numpy(), trailing["x0_trail"].to_numpy()
+    rows, locked = evidence.slipping(), evidence.locking()
+    onset, until = rows["x0_slip"].to_numpy(), locked["x0_trail"].to_numpy()
     # Points on one level are in one state.
     bent = bending_at_the_last_state(rows.drop_duplicates("x0_max"))
     quantities = ends("exact onset", onset, "L") | ends("energy", bent.energy, ENERGY)
     if not rises(onset) or (np.diff(rows["x0_max"]) < 0.0).any():
         return CONTRADICTED, quantities
     verdict, reason = by_bending("the deformation is stronger", *neighbours([bent]))
-    if verdict is not HOLDS or locked.empty:
+    if verdict is not HOLDS:
         return verdict, quantities, reason
-    if len(trailing) < len(locked):
-        reason += "; up to the critical friction coefficient; beyond, some tips never slip"
-        return CONDITION, quantities, reason
-    after = bending_at_the_end_of_trailing(trailing).energy
+    after = bending_at_the_end_of_trailing(locked).energy
     quantities |= ends("x0_trail above the lock,", until, "L")
     quantities |= ends("energy above the lock,", after, ENERGY)
     if not rises(np.concatenate([onset, until])):
@@ -114,9 +114,9 @@ def longer_way(evidence: Evidence) -> Judged:
 def more_steps(evidence: Evidence) -> Judged:
     counts = evidence.of_scans(lambda rows: len(rows) - 1)
     quantities = spread("number of steps", counts, "1")
-    if not (rises(counts, 0) and rises(counts, 1)):
-        return CONTRADICTED, quantities
-    return (HOLDS if evidence.scan["dx0"].nunique() == 1 else AMBIGUOUS), quantities
+    rising = rises(counts, 0) and rises(counts, 1)
+    several = evidence.scan["dx0"].nunique() > 1
+    return judged(quantities, contradicted=not rising, ambiguous=several)
 
 
 @judges("more events with μ0")
@@ -132,12 +132,11 @@ def more_events(evidence: Evidence) -> Judged:
         "on a given distance there are fewer for each θ, as follows from the paper's own "
         "sentences before it: each event takes longer"
     )
-    if len(trailing := evidence.trailing()):
-        pushed, dragged = evidence.slipping()["x0_slip"].iloc[-1], trailing["dragged"].iloc[0]
-        quantities["length of a period just below μ_lock"] = (pushed, "L")
-        quantities["length of a period of the dragged rod just above it"] = (dragged, "L")
-        if dragged < pushed:
-            reason += "; there are more only from below μ_lock to above it, where rods are dragged"
+    pushed, dragged = evidence.slipping()["x0_slip"].iloc[-1], evidence.locking()["dragged"].iloc[0]
+    quantities["length of a period just below μ_lock"] = (pushed, "L")
+    quantities["length of a period of the dragged rod just above it"] = (dragged, "L")
+    if dragged < pushed:
+        reason += "; there are more only from below μ_lock to above it, where rods are dragged"
     return CONTRADICTED, quantities, reason
 
 
@@ -157,9 +156,7 @@ def penetration(evidence: Evidence) -> Judged:
 def correct_in_theory(evidence: Evidence) -> Judged:
     residual, margin = float(evidence.state["residual"]), float(evidence.state["stability"])
     quantities = {"residual": (residual, "1"), "least second variation": (margin, "1")}
-    if residual > NEGLIGIBLE:
-        return CONTRADICTED, quantities
-    return (CONDITION if margin <= 0.0 else HOLDS), quantities
+    return judged(quantities, contradicted=residual > NEGLIGIBLE, condition=margin <= 0.0)
 
 
 @judges("contact along a line")
@@ -173,6 +170,5 @@ def line_contact(evidence: Evidence) -> Judged:
         "f in tip contact": (evidence.state["f"], "E*I0/L^2"),
         "f in line contact": (lying.f, "E*I0/L^2"),
     }
-    if passing:
-        return HOLDS, quantities
-    return (CONTRADICTED if not evidence.state["penetrates"] else CONDITION), quantities
+    no_rod = not (passing or evidence.state["penetrates"])
+    return judged(quantities, contradicted=no_rod, condition=not passing)

@@ -53,16 +53,11 @@ class Evidence:
         return self.friction[self.friction["status"] == "slip"]
 
     def locking(self) -> pd.DataFrame:
-        """Grid points of Figure 7 at which the tip is self-locking."""
-        return self.friction[self.friction["status"] == "lock"]
-
-    def trailing(self) -> pd.DataFrame:
         """Grid points of Figure 7 whose rod buckles laterally, trails, and slips when it is pulled.
 
         ``dragged`` is the length of each of their later periods (L).
         """
-        rows = self.locking()
-        rows = rows[rows["x0_trail"].notna()]
+        rows = self.friction[self.friction["status"] == "lock"]
         return rows.assign(dragged=rows["x0_trail"] - 2.0 * rows["x0_end"])
 
     def scans(self) -> list[pd.DataFrame]:
@@ -102,7 +97,8 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     Raises
     ------
     TableError
-        If something of it failed, or locks where the paper has a period of sticking.
+        If something of it failed, locks where the paper has a period of sticking, or does not slip
+        in the end.
     """
 
     def rows_of(table: str, where: pc.Expression) -> pd.DataFrame:
@@ -126,6 +122,12 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
                 f"the paper's statements cannot be judged: {where} has rows with status "
                 f"{', '.join(sorted(others))}"
             )
+    beyond = friction.loc[friction["status"] == Status.LOCK, "x0_trail"]
+    if beyond.empty or beyond.isna().any():
+        raise TableError(
+            f"the paper's statements cannot be judged: grid {names['friction']} needs μ0 above "
+            "μ_lock, and up to 3 at most"
+        )
     return Evidence(taper=taper, friction=friction, scan=scan, state=state.iloc[0].to_dict())
 
 

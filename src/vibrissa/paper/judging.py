@@ -13,7 +13,7 @@ from vibrissa.mechanics.bending import Bending
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Status
-from vibrissa.paper.ledger import Quantities, Verdict
+from vibrissa.paper.ledger import Judged, Quantities, Verdict
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving import collocation
 
@@ -58,6 +58,18 @@ def ends(what: str, values: ArrayLike, unit: str) -> Quantities:
 def holds_if(condition: bool) -> Verdict:
     """Verdict: the statement holds if the condition is true, else it is contradicted."""
     return HOLDS if condition else CONTRADICTED
+
+
+def judged(
+    quantities: Quantities,
+    *,
+    contradicted: bool,
+    condition: bool = False,
+    ambiguous: bool = False,
+) -> Judged:
+    """Judge by the first of these that is true; the statement holds if none is."""
+    verdicts = {CONTRADICTED: contradicted, CONDITION: condition, AMBIGUOUS: ambiguous}
+    return next((verdict for verdict, applies in verdicts.items() if applies), HOLDS), quantities
 
 
 def rises(values: FloatArray | pd.DataFrame, axis: int = 0) -> bool:

@@ -18,6 +18,7 @@ from vibrissa.paper.judging import (
     NEGLIGIBLE,
     ends,
     holds_if,
+    judged,
     rises,
 )
 from vibrissa.paper.ledger import Judged, judges
@@ -55,17 +56,11 @@ def pushed(evidence: Evidence) -> Judged:
 
 @judges("event frequency")
 def event_frequency(evidence: Evidence) -> Judged:
-    rows, locked = evidence.slipping(), evidence.locking()
+    rows, dragged = evidence.slipping(), evidence.locking()["dragged"].to_numpy()
     frequency = 1.0 / rows["x0_slip"].to_numpy()
     quantities = ends("events per L", frequency, "1/L")
     if not rises(-frequency):
         return CONTRADICTED, quantities
-    if locked.empty:
-        return HOLDS, quantities
-    dragged = evidence.trailing()["dragged"].to_numpy()
-    if len(dragged) < len(locked):
-        reason = "the frequency is one-to-one up to μ_lock; above it some tips do not slip at all"
-        return CONDITION, quantities, reason
     if not rises(dragged):
         return CONTRADICTED, quantities, "two values of μ0 above μ_lock have one frequency"
     curve = solve_curve(float(rows["theta"].iloc[0]), evidence.eta)
@@ -95,9 +90,7 @@ def example_rod(evidence: Evidence) -> Judged:
         "strain at the tensile strength of the wire": (100 * limit, "%"),
         "largest base diameter below it": (1e3 * EXAMPLE.base_diameter * limit / largest, "mm"),
     }
-    if first > limit:
-        return CONTRADICTED, quantities
-    return (CONDITION if largest > limit else HOLDS), quantities
+    return judged(quantities, contradicted=first > limit, condition=largest > limit)
 
 
 def printed_diameter(s: float, theta: FloatArray) -> FloatArray:
@@ -120,9 +113,8 @@ def printed_taper(evidence: Evidence) -> Judged:
         "largest difference from (2) if (1) has d1 for d1/θ": (corrected, "d0"),
     }
     same = np.abs(by_1 - by_2) < NEGLIGIBLE
-    if same.all():
-        return HOLDS, quantities
-    return (CONTRADICTED if not same[tapers > 1.0].any() else AMBIGUOUS), quantities
+    only_cylinder = not same[tapers > 1.0].any()
+    return judged(quantities, contradicted=only_cylinder, ambiguous=not same.all())
 
 
 @judges("arc length")
@@ -195,6 +187,4 @@ def default_shooting(evidence: Evidence) -> Judged:
         "largest difference in steps": (max(off), "1"),
         "largest error of f": (100 * max(errors), "%"),
     }
-    if max(off) == 0:
-        return HOLDS, quantities
-    return (CONDITION if max(off) == 1 else CONTRADICTED), quantities
+    return judged(quantities, contradicted=max(off) > 1, condition=max(off) == 1)

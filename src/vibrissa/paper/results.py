@@ -20,6 +20,7 @@ from vibrissa.paper.judging import (
     by_bending,
     ends,
     holds_if,
+    judged,
     line_fit,
     neighbours,
     rises,
@@ -31,9 +32,6 @@ from vibrissa.sticking.api import solve_curve
 
 # "A few" steps are at most so many.
 FEW = 10
-UP_TO_THE_LOCK = (
-    "a pushed tip reaches it only for μ0 up to the critical friction coefficient; beyond, "
-)
 # Least share of the variance that a straight line explains where a correlation seems linear.
 SEEMS_LINEAR = 0.99
 
@@ -65,20 +63,14 @@ def further_deformed(evidence: Evidence) -> Judged:
 
 @judges("end of sticking")
 def end_of_sticking(evidence: Evidence) -> Judged:
-    slipping, locked, trailing = evidence.slipping(), evidence.locking(), evidence.trailing()
+    locked = evidence.locking()
     quantities = {
         "critical friction coefficient at θ = 2": (evidence.friction["mu_lock"].iloc[0], "1"),
         "points that never slip forward": (len(locked), "1"),
-        "of these, points that slip after a swing": (len(trailing), "1"),
+        "of these, points that slip after a swing": (len(locked), "1"),
     }
-    if locked.empty:
-        return HOLDS, quantities
-    if slipping.empty and trailing.empty:
-        return CONTRADICTED, quantities
-    if len(trailing) < len(locked):
-        return CONDITION, quantities, UP_TO_THE_LOCK + "some tips never slip"
-    reached = np.abs(np.tan(trailing["alpha_trail"].to_numpy()))
-    away = np.abs(reached / trailing["mu0"].to_numpy() - 1.0).max()
+    reached = np.abs(np.tan(locked["alpha_trail"].to_numpy()))
+    away = np.abs(reached / locked["mu0"].to_numpy() - 1.0).max()
     quantities["largest deviation of |tan α| from μ0 there"] = (away, "1")
     if away > NEGLIGIBLE:
         return CONTRADICTED, quantities, "tips that trail slip at another friction"
@@ -94,15 +86,17 @@ def friction_from_forces(evidence: Evidence) -> Judged:
         return ratio / rows["mu0"].to_numpy() - 1.0
 
     last, onset = error("_last"), np.abs(error("_slip")).max()
-    trailing = np.abs(error("_trail", evidence.trailing())).max(initial=0.0)
+    trailing = np.abs(error("_trail", evidence.locking())).max(initial=0.0)
     quantities = {
         "largest error at the exact onset": (onset, "1"),
         "largest error where a trailing tip slips": (trailing, "1"),
         **spread("underestimate at the last state", -100 * last, "%"),
     }
-    if max(onset, trailing, last.max()) > NEGLIGIBLE:
-        return CONTRADICTED, quantities
-    return (CONDITION if last.min() < -0.001 else HOLDS), quantities
+    return judged(
+        quantities,
+        contradicted=max(onset, trailing, last.max()) > NEGLIGIBLE,
+        condition=last.min() < -0.001,
+    )
 
 
 @judges("longer with θ")
@@ -116,9 +110,7 @@ def longer_with_taper(evidence: Evidence) -> Judged:
         f"θ of the longest period at μ0 = {mu0:g}": (theta, "1")
         for mu0, theta in zip(shown.columns, longest, strict=True)
     }
-    if not rises(shown):
-        return CONTRADICTED, quantities
-    return (CONDITION if not rises(wide) else HOLDS), quantities
+    return judged(quantities, contradicted=not rises(shown), condition=not rises(wide))
 
 
 @judges("deformation with θ")
@@ -158,9 +150,7 @@ def few_steps(evidence: Evidence) -> Judged:
         "steps of a tenth of the size": (finer, "1"),
         "share of the steps at θ = 2": (100 * cylinder / steps.loc[2.0, 0.3], "%"),
     }
-    if cylinder > FEW:
-        return CONTRADICTED, quantities
-    return (CONDITION if finer > FEW else HOLDS), quantities
+    return judged(quantities, contradicted=cylinder > FEW, condition=finer > FEW)
 
 
 @judges("accurate drive")
@@ -202,9 +192,7 @@ def longer_slides(evidence: Evidence) -> Judged:
         **spread("slide", slides, "L"),
         "largest difference from the clamp's travel": (difference, "L"),
     }
-    if not rises(slides):
-        return CONTRADICTED, quantities
-    return (CONDITION if difference < NEGLIGIBLE else HOLDS), quantities
+    return judged(quantities, contradicted=not rises(slides), condition=difference < NEGLIGIBLE)
 
 
 @judges("longer scan with θ")
@@ -230,9 +218,8 @@ def linear_in_taper(evidence: Evidence) -> Judged:
         "deviation in steps": (deviation / evidence.dx0, "1"),
         "smallest R² up to θ = 20": (beyond, "1"),
     }
-    if worst < SEEMS_LINEAR:
-        return CONTRADICTED, quantities
-    return (HOLDS if deviation < evidence.dx0 and beyond > SEEMS_LINEAR else CONDITION), quantities
+    bends = deviation >= evidence.dx0 or beyond <= SEEMS_LINEAR
+    return judged(quantities, contradicted=worst < SEEMS_LINEAR, condition=bends)
 
 
 @judges("μ0 strengthens the taper's effect")
@@ -242,9 +229,7 @@ def friction_strengthens(evidence: Evidence) -> Judged:
     slopes = np.array([line_fit(tapers, onset[mu0].to_numpy()).slope for mu0 in onset.columns])
     ratios = (onset.iloc[-1] / onset.iloc[0]).to_numpy()
     quantities = ends("slope", slopes, "L") | ends("ratio of θ = 3 to 1", ratios, "1")
-    if rises(slopes) and rises(ratios):
-        return HOLDS, quantities
-    return (CONDITION if rises(slopes) else CONTRADICTED), quantities
+    return judged(quantities, contradicted=not rises(slopes), condition=not rises(ratios))
 
 
 @judges("levels of Figure 7")
@@ -255,9 +240,7 @@ def levels(evidence: Evidence) -> Judged:
         f"levels of {len(rows)} points": (len(groups), "1"),
         **spread("number of points on a level", groups, "1"),
     }
-    if len(groups) == len(rows):
-        return CONTRADICTED, quantities
-    return (CONDITION if (groups == 1).any() else HOLDS), quantities
+    return judged(quantities, contradicted=len(groups) == len(rows), condition=(groups == 1).any())
 
 
 @judges("cause of the levels")
@@ -286,9 +269,9 @@ def no_exact_trend(evidence: Evidence) -> Judged:
         "largest error of the stepped value": (error.max(), "L"),
         "deviation of the stepped values from a line, in steps": (deviation / evidence.dx0, "1"),
     }
-    if error.max() < NEGLIGIBLE:
-        return CONTRADICTED, quantities
-    return (CONDITION if deviation > evidence.dx0 else HOLDS), quantities
+    return judged(
+        quantities, contradicted=error.max() < NEGLIGIBLE, condition=deviation > evidence.dx0
+    )
 
 
 @judges("non-linear in μ0")
@@ -312,8 +295,7 @@ def nonlinear_in_friction(evidence: Evidence) -> Judged:
     reason = "it gets steeper and steeper, at the end like a square root with a vertical tangent"
     if abs(power - 0.5) > 0.01:
         reason = "but not like a square root at the lock"
-    if len(evidence.trailing()):
-        reason += "; above the lock sticking ends only after the rod has buckled laterally"
+    reason += "; above the lock sticking ends only after the rod has buckled laterally"
     return HOLDS, quantities, reason
 
 

@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from vibrissa.outcomes import Contact
+from vibrissa.outcomes import Contact, RodSection
 from vibrissa.study.axes import Values, spell_values
 from vibrissa.study.figures import unknown_name
 from vibrissa.study.sections import Mistakes, Section
@@ -42,8 +42,9 @@ class Claims(Section):
     def _fits(self, info: ValidationInfo) -> Self:
         context: dict[str, Any] = info.context or {}
         mistakes = Mistakes()
-        if context.get("contact", Contact.POINT) is not Contact.POINT:
-            mistakes.add(f"the paper has contact: point; take that, {REMEDY}")
+        for key, needed in (("contact", Contact.POINT), ("section", RodSection.ROUND)):
+            if context.get(key, needed) is not needed:
+                mistakes.add(f"the statements need {key}: {needed}; take that, {REMEDY}")
         for key, source in self.sources.items():
             # Sections that have mistakes of their own are not here.
             name, sections = getattr(self, key), context.get(f"{source}s")

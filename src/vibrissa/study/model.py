@@ -164,7 +164,7 @@ class Study(Section):
         """Keep the raw content of the study file."""
         self._context = context
 
-    @field_validator("contact", "grids", "scans", "states", "comparisons")
+    @field_validator("contact", "section", "grids", "scans", "states", "comparisons")
     @classmethod
     def _remember(cls, value: Any, info: ValidationInfo) -> Any:
         """Pass grids, scans and states to the validation of figures and claims, which follows."""
