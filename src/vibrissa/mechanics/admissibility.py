@@ -18,9 +18,9 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from vibrissa.mechanics.equations import ends
-from vibrissa.mechanics.mounting import CLAMP_SLOPE, polynomial, tail
+from vibrissa.mechanics.mounting import polynomial, tail
 from vibrissa.mechanics.states import RodStates
-from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
@@ -30,9 +30,9 @@ TOLERANCE = 1e-12
 # Slope (rad) of a tip that lies level, up to rounding: what passes through the surface because of
 # it is far below that tolerance.
 LEVEL = 1e-9
-# Slope (rad) by which a shape may miss a limit at its nodes; distances (L) at which the nodes and
-# the parts of a shape are far from each other.
-NEAR, FAR, APART = 0.05, 0.15, 0.03
+# Slope (rad) by which a shape may miss a limit at its nodes; distance (L) at which the parts of a
+# shape are far from each other.
+NEAR, APART = 0.05, 0.03
 # Slope (rad) at the nodes of a curved rod that may be negative between them.
 NEARLY_LEVEL = 0.002
 # Fewest nodes on which a shape is looked at closely.
@@ -97,16 +97,13 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         found.surface[:] = _surface_over_tail(states, up)
     # Without a slope of 0 or π inside the rod rises all the way, and can neither turn nor cross.
     near = np.flatnonzero((high > np.pi - NEAR) | (low < NEARLY_LEVEL * curved) | curls)
-    if not len(near):
-        return found
-    # A tip that passes through the surface is no arch.
-    some = states.take(near)
-    touches = some.line | (ends(some).phi1 >= -LEVEL)
     if len(near):
-        closely = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
-        shapes = _Shapes.of(closely, with_tail=bool(curls.any()))
-        found.clamp[near] = shapes.extreme(lowest=True)
+        some = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
+        shapes = _Shapes.of(some, with_tail=bool(curls.any()))
+        # A tip that passes through the surface is no arch.
+        touches = some.line | (ends(some).phi1 >= -LEVEL)
         arch = np.where(touches, eta[near] - shapes.extreme(lowest=False), np.inf)
+        found.clamp[near] = shapes.extreme(lowest=True)
         found.surface[near] = np.minimum(found.surface[near], arch)
         found.itself[near] = shapes.gaps()
     return found
@@ -122,26 +119,6 @@ def _surface_over_tail(states: RodStates, up: FloatArray) -> FloatArray:
     """Clearance of a tail below the surface; infinite where it is large."""
     rises = np.maximum(up.max(axis=1), polynomial(states.curvature, states.s_c[:, None])[:, 0])
     return np.where(states.line & (rises > 0.0), -rises, np.inf)
-
-
-def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolArray:
-    """Which shapes may come near a limit, judged by their nodes."""
-    rule = gauss_rule(states.nodes)
-    density, _ = states.densities(rule.nodes)
-    x = (density * np.cos(states.phi)) @ rule.from_start.T
-    y = (density * np.sin(states.phi)) @ rule.from_start.T
-    high, low = states.phi.max(axis=1), states.phi.min(axis=1)
-    # Near the clamp the rod stands upright.
-    comes_down = y[:, states.nodes // 8 :].min(axis=1) < FAR
-    turned_up = np.where(states.phi > CLAMP_SLOPE, y, -np.inf).max(axis=1) > eta - FAR
-    near = (high > np.pi - NEAR) & (comes_down | (touches & turned_up))
-    near |= touches & (low < (NEARLY_LEVEL if states.curvature.shape[1] else 0.0))
-    one, other = np.triu_indices(states.nodes, 2)
-    for row in np.flatnonzero(~near & (high - low > HALF_TURN)):
-        turned = np.abs(states.phi[row, other] - states.phi[row, one]) > HALF_TURN
-        distance = np.hypot(x[row, other] - x[row, one], y[row, other] - y[row, one])
-        near[row] = (distance[turned] < FAR).any()
-    return near
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
