@@ -38,19 +38,18 @@ def commit() -> str:
         return "unknown"
 
 
-def digest(*packages: str) -> str:
-    """Digest of the sources of some subpackages, so that a job can depend on them.
+def digest(*parts: str) -> str:
+    """Digest of some subpackages or modules, such as ``study/axes.py``: a job can depend on them.
 
-    Of their modules and those beside the packages; without names, of the whole package.
+    Of these and the modules beside the packages; without names, of the whole package.
     """
     files = [path for path in _PACKAGE.rglob("*") if path.suffix in SOURCES]
-    if packages:
-        files = [path for path in files if path.parent == _PACKAGE or _top(path) in packages]
+    if parts:
+        wanted = {_PACKAGE / part for part in parts}
+        files = [
+            path for path in files if path.parent == _PACKAGE or wanted & {path, *path.parents}
+        ]
     total = hashlib.sha256()
     for path in sorted(files):
         total.update(f"{path.relative_to(_PACKAGE)}\n".encode() + path.read_bytes())
     return total.hexdigest()[:16]
-
-
-def _top(path: Path) -> str:
-    return path.relative_to(_PACKAGE).parts[0]

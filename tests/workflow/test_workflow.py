@@ -47,7 +47,7 @@ def test_what_people_read_is_made(finished):
     text = (results / "report.html").read_text()
     assert text.count("<img ") == 3 and "Two cycles." in text and "chunk: {theta: 1}" in text
     assert str(finished.root) not in text
-    counts = "4 grid points: 2 lock, 2 slip\n1 scans: 1 slip\n1 states: 1 solved\n"
+    counts = "4 grid points: 2 lock, 2 slip\n1 scan: 1 slip\n1 state: 1 solved\n"
     assert (results / "summary.txt").read_text() == counts
     log = next((results / "logs/chunks/main").glob("*theta2*")).read_text()
     assert log.startswith("eta 0.85 theta 2.0: solved, residual ")
@@ -173,11 +173,11 @@ def test_points_that_fail_are_counted_and_with_strict_end_the_run(copied):
     )
     status, _ = copied.call("--config", "strict=true")
     assert status == 1
-    assert copied.log("summary").startswith("error: strict: 2 grid points, 1 scans have the status")
+    assert copied.log("summary").startswith("error: strict: 2 grid points, 1 scan have the status")
     assert len(copied.stiction()) == 4
     copied.run("results/tiny/summary.txt")
     summary = (copied.root / "results/tiny/summary.txt").read_text()
-    assert summary.startswith("4 grid points: 2 failed, 1 lock, 1 slip\n1 scans: 1 failed\n")
+    assert summary.startswith("4 grid points: 2 failed, 1 lock, 1 slip\n1 scan: 1 failed\n")
 
 
 @pytest.mark.parametrize(

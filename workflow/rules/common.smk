@@ -54,7 +54,9 @@ SOLVER = {
     "section": STUDY.section.value,
     "method": STUDY.method.value,
 }
-SOLVING_CODE = digest("numerics", "mechanics", "sticking", "study", "tables")
+SOLVING_CODE = digest(
+    "numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.py", "tables"
+)
 ALL_CODE = digest()
 
 

@@ -87,7 +87,6 @@ rule states:
     params:
         study=STUDY.name,
         states={name: state.params(STUDY.contact) for name, state in STUDY.states.items()},
-        solver=SOLVER,
         study_part=STUDY.part("states"),
         code=SOLVING_CODE,
     message:

@@ -7,13 +7,14 @@ from vibrissa.errors import TableError
 from vibrissa.outcomes import Status
 from vibrissa.tables import query, store
 from vibrissa.tables.schemas import CURVATURE_POWERS, MOUNTING, POINT
+from vibrissa.wording import counted
 
 _SCAN = ("scan", *(column.name for column in (*POINT, *MOUNTING, CURVATURE_POWERS)), "status")
 _NOUNS = {
-    "stiction": "grid points",
-    "scans": "scans",
-    "states": "states",
-    "comparisons": "points in both kinds of contact",
+    "stiction": "grid point",
+    "scans": "scan",
+    "states": "state",
+    "comparisons": "compared point",
 }
 
 
@@ -35,7 +36,7 @@ def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[
 def sentence(counts: Mapping[str, Counter[str]]) -> str:
     """Spell counts by status, a line for each table."""
     return "".join(
-        f"{total.total():,} {_NOUNS[name]}: "
+        f"{counted(total.total(), _NOUNS[name])}: "
         + ", ".join(f"{number:,} {status}" for status, number in sorted(total.items()))
         + "\n"
         for name, total in counts.items()
@@ -52,7 +53,7 @@ def need_results(counts: Mapping[str, Counter[str]]) -> None:
     """
     failed = {name: total[Status.FAILED] for name, total in counts.items() if total[Status.FAILED]}
     if failed:
-        numbers = ", ".join(f"{number:,} {_NOUNS[name]}" for name, number in failed.items())
+        numbers = ", ".join(counted(number, _NOUNS[name]) for name, number in failed.items())
         raise TableError(
             f"strict: {numbers} have the status failed; see the column message, or the report"
         )
