@@ -1,9 +1,9 @@
 """The data by which the paper's statements are judged, and what these data must contain."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field
 
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.study.axes import Values, spell_values
@@ -38,22 +38,19 @@ class Claims(Section):
     scan: str = Field(description="name of the scan of the paper's Figures 3 to 5")
     state: str = Field(description="name of the state of the paper's Figure 8")
 
-    @model_validator(mode="after")
-    def _fits(self, info: ValidationInfo) -> Self:
-        context: dict[str, Any] = info.context or {}
+    def misfits(self, study: Any) -> Mistakes:
+        """Find what does not fit the study, a `vibrissa.study.model.Study`."""
         mistakes = Mistakes()
         for key, needed in (("contact", Contact.POINT), ("section", RodSection.ROUND)):
-            if context.get(key, needed) is not needed:
+            if getattr(study, key) is not needed:
                 mistakes.add(f"the statements need {key}: {needed}; take that, {REMEDY}")
         for key, source in self.sources.items():
-            # Sections that have mistakes of their own are not here.
-            name, sections = getattr(self, key), context.get(f"{source}s")
-            if sections is not None and name not in sections:
-                mistakes.add(f"{unknown_name(name, source, sections)}, {REMEDY}", key)
-            elif sections is not None:
+            name, sections = getattr(self, key), getattr(study, f"{source}s")
+            if name in sections:
                 self._check_data(mistakes, key, sections[name].axes)
-        mistakes.refuse()
-        return self
+            else:
+                mistakes.add(f"{unknown_name(name, source, sections)}, {REMEDY}", key)
+        return mistakes
 
     def _check_data(self, mistakes: Mistakes, key: str, axes: Mapping[str, Values]) -> None:
         """Find axes without the values that the statements need."""

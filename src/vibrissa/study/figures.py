@@ -248,25 +248,25 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         return f"{shows[0].upper()}{shows[1:]}; {at}."
 
     @model_validator(mode="after")
-    def _fits(self, info: ValidationInfo) -> Self:
-        """Check the keys of the kind, and the data that it is drawn from."""
-        context = info.context or {}
+    def _has_its_keys(self, info: ValidationInfo) -> Self:
         mistakes = Mistakes()
         self._check_keys(mistakes)
         if self.script:
-            mistakes.check("script", self._check_script, context.get("folder", Path()))
-        # Sections that have mistakes of their own are not here.
-        sections = context.get(f"{self.source}s")
-        if not mistakes and sections is not None:
-            for name in self.names:
-                if name in sections:
-                    self._check_data(mistakes, name, sections[name].axes)
-                else:
-                    mistakes.add(unknown_name(name, self.source, sections), self.source)
-            if not mistakes:
-                mistakes.check("caption", self.caption_of, sections)
+            mistakes.check("script", self._check_script, (info.context or {}).get("folder", Path()))
         mistakes.refuse()
         return self
+
+    def misfits(self, sections: Sections) -> Mistakes:
+        """Find what does not fit the data that it is drawn from."""
+        mistakes = Mistakes()
+        for name in self.names:
+            if name in sections:
+                self._check_data(mistakes, name, sections[name].axes)
+            else:
+                mistakes.add(unknown_name(name, self.source, sections), self.source)
+        if not mistakes:
+            mistakes.check("caption", self.caption_of, sections)
+        return mistakes
 
     def _check_keys(self, mistakes: Mistakes) -> None:
         """Find keys that the kind does not take, and missing keys that it needs."""

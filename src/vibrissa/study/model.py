@@ -157,20 +157,12 @@ class Study(Section):
     figures: dict[Name, Figure] = Field(
         default={}, description="named figures, each drawn from one grid, scan, state or comparison"
     )
-    # What stands in the file, as `written` values and as `text`, its `folder`, and the sections.
+    # What stands in the file, as `written` values and as `text`, and its `folder`.
     _context: dict[str, Any] = PrivateAttr(default={})
 
     def model_post_init(self, context: Any) -> None:
         """Keep the raw content of the study file."""
         self._context = context
-
-    @field_validator("contact", "section", "grids", "scans", "states", "comparisons")
-    @classmethod
-    def _remember(cls, value: Any, info: ValidationInfo) -> Any:
-        """Pass grids, scans and states to the validation of figures and claims, which follows."""
-        if info.context is not None:
-            info.context[info.field_name] = value
-        return value
 
     @field_validator("scans", "states", "comparisons", "figures", mode="before")
     @classmethod
@@ -204,6 +196,18 @@ class Study(Section):
             )
         mistakes.refuse()
         return named
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        """Refuse figures and claims that do not fit the data; sections are valid by themselves."""
+        mistakes = Mistakes()
+        for name, figure in self.figures.items():
+            for place, text in figure.misfits(getattr(self, f"{figure.source}s")):
+                mistakes.add(text, "figures", name, *place)
+        for place, text in self.claims.misfits(self) if self.claims else ():
+            mistakes.add(text, "claims", *place)
+        mistakes.refuse()
+        return self
 
     @property
     def results(self) -> list[str]:
