@@ -25,7 +25,7 @@ FIRST = (0.55, 1.16)
 @cache
 def heights(section="round"):
     whisker = Whisker(theta=THETA, eta=ETA, section=RodSection(section))
-    return respond_over(whisker, 0.809, 0.871, pull=section == "round")
+    return respond_over(whisker, 0.809, 0.871)
 
 
 def simulated(angle, mu0, step, turns, law="free", ratio=0.8, section="round"):

@@ -14,7 +14,7 @@ from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.response import heights
-from vibrissa.sensor.response.branch import respond
+from vibrissa.sensor.response.branch import respond, tabulated
 from vibrissa.sensor.response.heights import _agrees
 from vibrissa.sensor.strain import strains_in
 
@@ -78,7 +78,7 @@ def test_lock_is_said_with_the_end_of_the_motion(response):
 
 
 def test_without_pulling_there_is_no_lower_limit():
-    response = respond(2.0, 0.85, pull=False)
+    response = tabulated(replace(solve_curve(2.0, 0.85), pulled=()))
     assert response.x0_pull == 0.0
     assert response.pull_limit(0.3) == -np.inf
 
@@ -176,7 +176,7 @@ def scaled(branch, factor):
 
 
 def test_a_branch_agrees_up_to_the_lock_within_the_tolerance_of_its_largest_reaction():
-    branch = respond(2.0, 0.85, pull=False)
+    branch = respond(2.0, 0.85)
     for factor, agrees in (
         (1.0, True),
         (1.009, True),
@@ -194,14 +194,14 @@ def test_a_branch_agrees_up_to_the_lock_within_the_tolerance_of_its_largest_reac
 def marched(monkeypatch, start, stop, fails):
     """Parts of a range in which heights fail to be interpolated, and how far progress went."""
 
-    def made(whisker, low, high, pull):
+    def made(whisker, low, high):
         if fails(low, high):
             raise NoResponseError(f"none from {low:.6g} to {high:.6g}")
         return low, high
 
     told = []
     monkeypatch.setattr(heights, "interpolated", made)
-    return *heights._marched(Whisker(theta=2.0, eta=start), stop, True, told.append), told
+    return *heights._marched(Whisker(theta=2.0, eta=start), stop, told.append), told
 
 
 @pytest.mark.parametrize(("start", "stop"), [(0.5, 0.68), (0.68, 0.5)])
@@ -248,7 +248,7 @@ def test_a_range_goes_on_in_smaller_parts_where_these_are_resolved(monkeypatch):
 def test_a_height_from_which_no_range_goes_on_is_refused_with_a_reason(
     monkeypatch, low, high, said
 ):
-    def fails(whisker, first, last, pull):
+    def fails(whisker, first, last):
         raise NoResponseError(f"none from {first:.6g} to {last:.6g}")
 
     monkeypatch.setattr(heights, "interpolated", fails)

@@ -1,5 +1,6 @@
 """Scans over surfaces, and where a slip ends."""
 
+from dataclasses import replace
 from decimal import Decimal
 
 import numpy as np
@@ -9,7 +10,7 @@ from vibrissa import Mounting, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import RodSection
 from vibrissa.sensor import Whisker, scan, surfaces
-from vibrissa.sensor.response.branch import respond
+from vibrissa.sensor.response.branch import respond, tabulated
 from vibrissa.sensor.simulation import slips as slips_module
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw, rest
@@ -93,6 +94,11 @@ def test_energy_of_a_slip_is_consumed_by_friction(response):
     assert (response.demand(rest) < 0.21).all()
 
 
+def unretracted(response):
+    """The response of a rod whose retraction was not resolved."""
+    return tabulated(replace(response.curve, pulled=()))
+
+
 @pytest.mark.parametrize(
     ("whisker", "pull"),
     [
@@ -102,7 +108,9 @@ def test_energy_of_a_slip_is_consumed_by_friction(response):
     ],
 )
 def test_a_lock_ends_the_scan_where_nothing_further_is_computed(whisker, pull):
-    response = whisker.response if pull else respond(2.0, 0.85, pull=False)
+    response = whisker.response
+    if not pull:
+        response = unretracted(response)
     contact = response.x1_init
     result = simulate(response, surfaces.constant(0.8), path("0.001", ["3"]))
     assert result.outcome is Outcome.LOCK
@@ -194,7 +202,7 @@ def test_impossible_paths_are_refused(step, turns):
 
 
 def test_pulling_needs_a_response_with_it():
-    response = respond(2.0, 0.85, pull=False)
+    response = unretracted(respond(2.0, 0.85))
     with pytest.raises(ValueError, match="backward"):
         simulate(response, surfaces.constant(0.3), path("0.001", ["0.2", "0.1"]))
 

@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
@@ -119,10 +118,7 @@ class Whisker:
         """
         from vibrissa.sensor.response.branch import responses
 
-        try:
-            return responses([self], True)[0]
-        except NoResponseError:
-            return responses([self], False)[0]
+        return responses([self])[0]
 
     def stage(self, positions: FloatArray, progress: Progress = quiet) -> "Stage":
         """Solve the response at all heights that the stage passes, as far as there is one.
@@ -144,15 +140,10 @@ class Whisker:
         if angle == 0.0:
             return Stage(rod=self.response, eta=self.eta)
         reached = self.eta - np.append(positions, 0.0) * np.sin(angle)
-        solved = partial(
-            respond_over,
+        heights = respond_over(
             replace(self, mounting=replace(self.mounting, stage_angle=0.0)),
             float(reached.min()),
             float(reached.max()),
             progress=lambda part: progress("solving the rod", round(100 * part), 100),
         )
-        try:
-            heights = solved(pull=True)
-        except NoResponseError:
-            heights = solved(pull=False)
         return Stage(rod=heights, eta=self.eta, angle=angle)

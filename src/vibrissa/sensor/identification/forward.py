@@ -121,7 +121,7 @@ class Forward:
         rods = [
             replace(rod, eta=eta) for rod, nodes in new.values() for eta in nodes.ravel().tolist()
         ]
-        solved = iter(responses(rods, pull=True, partly=True) if rods else ())
+        solved = iter(responses(rods, partly=True) if rods else ())
         for key, (_, nodes) in new.items():
             parts = tuple(_part(part, [next(solved) for _ in part]) for part in nodes)
             self._solved[key] = HeightRange(parts=parts, below="", above="")

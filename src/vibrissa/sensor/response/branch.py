@@ -94,7 +94,7 @@ class Branch(States):
 
     @property
     def x0_pull(self) -> float:  # type: ignore[override]
-        """Where pulling ends (L); 0 without pulling."""
+        """Where pulling ends (L); 0 where retraction is not resolved."""
         return float(self.reactions.x[0])
 
     @property
@@ -160,7 +160,6 @@ def respond(
     theta: float,
     eta: float,
     contact: Contact | str = Contact.POINT,
-    pull: bool = True,
     mounting: Mounting = IDEAL,
     section: RodSection | str = RodSection.ROUND,
 ) -> Response:
@@ -174,8 +173,6 @@ def respond(
         Height of the contact point, 0 < eta < 1 (L).
     contact : str
         ``point`` or ``line``, as in `vibrissa.solve_state`.
-    pull : bool
-        Whether to continue the curve to x0 < 0, where the clamp pulls.
     mounting : Mounting
     section : str
         ``round`` or ``planar``, as in `vibrissa.solve_curve`.
@@ -183,7 +180,7 @@ def respond(
     Raises
     ------
     NoResponseError
-        If the curve was not solved, or not continued to x0 < 0, or the stage is oblique.
+        If the curve was not solved, or the stage is oblique.
     ArgumentError
         If an argument is out of range.
     """
@@ -194,23 +191,21 @@ def respond(
         section=RodSection(section),
         mounting=mounting,
     )
-    return responses([whisker], pull)[0]
+    return responses([whisker])[0]
 
 
-def responses(whiskers: Sequence[Whisker], pull: bool, partly: bool = False) -> list[Response]:
+def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Response]:
     """Solve and tabulate the responses of whiskers together, which differ in θ, η and mounting.
 
     Parameters
     ----------
-    pull : bool
-        Whether to continue the curves to x0 < 0, where the clamp pulls.
     partly : bool
-        Whether curves that end early, and without retraction, do.
+        Whether curves that end early do.
 
     Raises
     ------
     NoResponseError
-        If one of the curves was not solved, or not continued to x0 < 0, or a stage is oblique.
+        If one of the curves was not solved, or a stage is oblique.
     ArgumentError
         If an argument is out of range.
     """
@@ -222,18 +217,16 @@ def responses(whiskers: Sequence[Whisker], pull: bool, partly: bool = False) -> 
             )
     one, mountings = whiskers[0], [whisker.mounting for whisker in whiskers]
     theta, eta = [whisker.theta for whisker in whiskers], [whisker.eta for whisker in whiskers]
-    curves = solve_curves(theta, eta, one.contact, mountings, one.section, retract=pull)
+    curves = solve_curves(theta, eta, one.contact, mountings, one.section, retract=True)
     for curve in curves:
         if not (curve.status is Status.SOLVED or (partly and curve.pieces)):
             raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
-        if pull and not (curve.pulled or partly):
-            raise NoResponseError("pulling is not covered: the retraction is not resolved")
-    return [tabulated(curve, pull) for curve in curves]
+    return [tabulated(curve) for curve in curves]
 
 
-def tabulated(curve: StickingCurve, pull: bool = False) -> Response:
-    """Tabulate the response of a solved curve, with its retraction if it is asked for."""
-    pieces = (*curve.pulled, *curve.pieces) if pull else curve.pieces
+def tabulated(curve: StickingCurve) -> Response:
+    """Tabulate the response of a solved curve, with its retraction where that is resolved."""
+    pieces = (*curve.pulled, *curve.pieces)
     parts: list[PPoly] = []
     for piece in pieces:
         # Equal steps of the piece's parameter: near a limit point they are short in x0.
@@ -247,7 +240,7 @@ def tabulated(curve: StickingCurve, pull: bool = False) -> Response:
     # A curve that ends before a lock has its most there.
     x0_lock = curve.x0_lock if np.isfinite(curve.x0_lock) else float(reactions.x[-1])
     # The mirror image of a mounted rod is not a state of it.
-    dragged = pull and bool(curve.pulled) and curve.mounting == IDEAL
+    dragged = bool(curve.pulled) and curve.mounting == IDEAL
     return Response(
         reactions=reactions,
         x0_lock=x0_lock,

@@ -219,7 +219,6 @@ def respond_over(
     whisker: Whisker,
     low: float,
     high: float,
-    pull: bool = True,
     progress: Callable[[float], None] = lambda done: None,
 ) -> HeightRange:
     """Solve a rod on a level stage at all heights around its own that have a response.
@@ -228,19 +227,17 @@ def respond_over(
     ----------
     low, high : float
         Range of heights, with that of the whisker in it (L).
-    pull : bool
-        Whether to continue the branches to x0 < 0, where the clamp pulls.
 
     Raises
     ------
     NoResponseError
         If the rod has no response at its height, or it is not resolved next to it.
     """
-    responses([whisker], pull)
+    responses([whisker])
     total, start = high - low, whisker.eta
 
     def marched(stop: float, done: float) -> tuple[list[Heights], str]:
-        return _marched(whisker, stop, pull, lambda way: progress((done + way) / total))
+        return _marched(whisker, stop, lambda way: progress((done + way) / total))
 
     downwards, below = marched(max(low, LOWEST), 0.0)
     if not below and low < LOWEST:
@@ -255,7 +252,7 @@ def respond_over(
 
 
 def _marched(
-    whisker: Whisker, stop: float, pull: bool, progress: Callable[[float], None]
+    whisker: Whisker, stop: float, progress: Callable[[float], None]
 ) -> tuple[list[Heights], str]:
     """Parts from the height of a whisker to another, up to the first failure, and its reason."""
     parts: list[Heights] = []
@@ -263,7 +260,7 @@ def _marched(
     while at != stop:
         end = float(np.clip(stop, at - width, at + width))
         try:
-            parts.append(interpolated(whisker, min(at, end), max(at, end), pull))
+            parts.append(interpolated(whisker, min(at, end), max(at, end)))
         except NoResponseError as error:
             width = 0.5 * abs(end - at)
             if width < NARROWEST:
@@ -274,7 +271,7 @@ def _marched(
     return parts, ""
 
 
-def interpolated(whisker: Whisker, low: float, high: float, pull: bool) -> Heights:
+def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
     """Interpolate the branches of a rod between two heights, to `EXACT`.
 
     Raises
@@ -286,7 +283,7 @@ def interpolated(whisker: Whisker, low: float, high: float, pull: bool) -> Heigh
     # Between the nodes the interpolation must agree with a branch that it has not seen.
     between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
     rods = [replace(whisker, eta=eta) for eta in (*nodes.tolist(), between)]
-    *solved, unseen = responses(rods, pull)
+    *solved, unseen = responses(rods)
     found = Heights(low=low, high=high, branches=tuple(solved))
     where = f"for heights from {low:.6g} to {high:.6g} (in units of L)"
     if len({(len(one.bounds), one.lock, one.curve.end) for one in solved}) > 1:
