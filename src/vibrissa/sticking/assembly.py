@@ -97,14 +97,14 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
             )
         x0_lock = mu_lock = np.nan
     locks = not np.isnan(mu_lock)
-    touch = _first_touch(curve, extremes)
+    touch, last = _first_touch(curve, extremes), x0_lock if locks else curve.x0_end
     return replace(
         curve,
         status=Status.SOLVED if locks else Status.OUT_OF_REACH,
         message="" if locks else message,
         x0_lock=x0_lock,
         mu_lock=mu_lock,
-        x0_touch=touch if touch <= (x0_lock if locks else curve.x0_end) else np.nan,
+        x0_touch=touch if touch <= last + SAME else np.nan,
     )
 
 

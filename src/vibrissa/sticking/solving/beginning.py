@@ -12,7 +12,7 @@ from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.solving.branches import Branches
+from vibrissa.sticking.solving.branches import Branches, violation
 
 # Height at which lowering the surface begins, and the first step (part of the way).
 HIGHEST, FIRST_SHARE = 0.999, 0.1
@@ -188,20 +188,15 @@ def with_active_contact(
     states, found = solve(guess, closing, tolerance=TOLERANCE)
     if model is Contact.LINE:
         # Where a retracted rod has peeled off up to its tip, no state lies along the surface.
-        other = np.flatnonzero(~_is_possible(states) & (found | states.line))
+        other = np.flatnonzero(~(violation(states) <= 0.0) & (found | states.line))
         if len(other):
             start = np.where(found[:, None], states.unknowns, guess.unknowns)[other]
             start[:, -1] = 1.0
             switched = RodStates(rods=guess.rods[other], unknowns=start, line=~guess.line[other])
             again, converged = solve(switched, closing.take(other), tolerance=TOLERANCE)
             states.put(other, again)
-            found[other] = converged & _is_possible(again)
+            found[other] = converged & (violation(again) <= 0.0)
     # s_c runs away where the rod would lie down altogether
     found &= states.s_c > 0.0
     states.unknowns[~found] = np.nan
     return states, found
-
-
-def _is_possible(states: RodStates) -> BoolArray:
-    """Whether states have the kind of contact that is possible; not where they are NaN."""
-    return np.where(states.line, states.s_c <= 1.0, ends(states).phi1 >= 0.0)

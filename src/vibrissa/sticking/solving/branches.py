@@ -77,3 +77,8 @@ class Branches(Batch):
 def end_quantities(states: RodStates) -> FloatArray:
     """Offset, fx, fy and s_c of states, shape (n, 4)."""
     return np.stack([ends(states).offset, states.fx, states.fy, states.s_c], axis=1)
+
+
+def violation(states: RodStates) -> FloatArray:
+    """Violation of the conditions of contact, shape (n,): of s_c ≤ 1 (L), or of φ1 ≥ 0 (rad)."""
+    return np.where(states.line, states.s_c - 1.0, -ends(states).phi1)

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.equations import FX, PHI1, S_C, ClosingCondition, ends
+from vibrissa.mechanics.equations import FX, PHI1, S_C, ClosingCondition
 from vibrissa.mechanics.newton import solve, tangent
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.solving.branches import Branches
+from vibrissa.sticking.solving.branches import Branches, violation
 
 # First and shortest step.
 FIRST_STEP, SHORTEST_STEP = 0.05, 1e-6
@@ -196,7 +196,7 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
     """Insert kinks where the contact of the next knots is not possible."""
     solved, kinks = np.ones(len(new), dtype=bool), np.zeros(len(new), dtype=bool)
     if model is Contact.LINE:
-        before, after = _violation(last.states), _violation(new.states)
+        before, after = violation(last.states), violation(new.states)
         kinks = after > 0.0
     rows = np.flatnonzero(kinks)
     if not len(rows):
@@ -218,11 +218,6 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
         growing.weights[~line] = some.prescribing(S_C, -1.0).weights[~line]
         ahead.put(rows[found], _knots(some, old.branch, sides[1], growing, 0.0 * way))
     return _Kinks(here, ahead, solved, kinks)
-
-
-def _violation(states: RodStates) -> FloatArray:
-    """Violation of the contact conditions; negative where they are satisfied."""
-    return np.where(states.line, states.s_c - 1.0, -ends(states).phi1)
 
 
 def between(low: Knots, high: Knots, share: FloatArray) -> RodStates:
