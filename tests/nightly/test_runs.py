@@ -128,16 +128,8 @@ def test_another_run_in_the_same_folder_is_refused_and_a_killed_one_goes_on(fres
 def test_a_terminal_shows_progress(fresh):
     master, slave = pty.openpty()
     environment = os.environ | {"TERM": "xterm", "COLUMNS": "80"}
-    command = [
-        sys.executable,
-        "-m",
-        "vibrissa.pipeline",
-        "--cores",
-        "2",
-        "--logger",
-        "rich",
-        "results/tiny/summary.txt",
-    ]
+    command = [sys.executable, "-m", "vibrissa.pipeline", "results/tiny/summary.txt"]
+    command += ["--cores", "2", "--logger", "rich"]
     process = subprocess.Popen(
         [*command, "--configfile", "tiny.yaml"],
         cwd=fresh.root,

@@ -81,6 +81,7 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     ownership.claim(results, copy)
     assert [path.name for path in results.iterdir()] == ["study_file.txt"]
     assert Path("results/a/study_file.txt").read_text() == "copy.yaml\n"
+    ownership._held.pop().close()
 
 
 def test_places_are_those_of_the_clone(monkeypatch):
