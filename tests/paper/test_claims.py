@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from scipy.integrate import quad
 
-from vibrissa import solve_curve
+from vibrissa import solve_curve, solve_onset
 from vibrissa.errors import TableError
 from vibrissa.mechanics.bending import Bending, measure
 from vibrissa.mechanics.elastica import rod_equations
@@ -463,6 +463,20 @@ def test_the_clamp_puts_in_the_energy_that_the_rod_stores(theta):
     bent = measure(np.full(7, theta), at.f, at.alpha, curve.x1_init - x0, np.full(7, 0.85))
     spent = [quad(lambda x: -float(curve.state(x).reaction_fx), 0.0, end)[0] for end in x0]
     assert bent.energy - bent.energy[0] == pytest.approx(spent, abs=3e-6)
+
+
+def test_numbers_beside_the_verdicts_are_those_of_the_rods_they_name(evidence):
+    tips = named("taper of eq. (1)").judge(evidence).quantities.values()
+    assert [value for value, _ in tips] == pytest.approx([1 / 9, 1 / 3, 0.0], abs=1e-12)
+    found = named("deformation with θ").judge(evidence).quantities
+
+    def turn(theta, mu0):
+        x0 = solve_onset(theta, mu0, 0.85, dx0=0.001).x0_max
+        return np.pi / 2 - float(solve_curve(theta, 0.85).state(x0).phi1)
+
+    ratios = [turn(3.0, mu0) / turn(1.0, mu0) for mu0 in set(evidence.taper["mu0"])]
+    (least,) = [value for text, (value, _) in found.items() if text.startswith("smallest turn")]
+    assert least == pytest.approx(min(ratios), rel=1e-6)
 
 
 def test_strain_and_curvature_at_the_clamp_of_a_cylinder():
