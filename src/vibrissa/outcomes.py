@@ -1,4 +1,4 @@
-"""Enumerations: the outcomes of results, and kinds of contact, section, solver and parameter.
+"""Enumerations: the outcomes of results, and kinds of contact, section and solver.
 
 Light enough for a Snakefile.
 """
@@ -107,19 +107,3 @@ class Solver(StrEnum):
     def by_step(self) -> bool:
         """Whether a curve belongs to one Δx0, because the solver walks along its steps."""
         return self is Solver.SHOOTING
-
-
-class Parameter(StrEnum):
-    """Continuation parameter of a piece of a curve.
-
-    Attributes
-    ----------
-    X0
-        The footpoint displacement.
-    ADVANCE
-        Equation E3c of `vibrissa.mechanics.equations`: where the force changes fast or x0 turns
-        back.
-    """
-
-    X0 = "x0"
-    ADVANCE = "advance"

@@ -137,7 +137,7 @@ class Folded:
     def __init__(self, theta, eta):
         self.curve = solve_curve(theta, eta)
         self.x0_lock = self.curve.x0_lock
-        self.friction_demand = self.curve.friction_demand
+        self.mobilised_friction = self.curve.mobilised_friction
 
     def state(self, x0):
         at = self.curve.state(x0)

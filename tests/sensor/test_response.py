@@ -66,7 +66,7 @@ def test_limits_are_where_friction_is_used_up(response, mu0):
     low = response.pull_limit(mu0)
     assert not locks
     assert high == float(response.curve.onset(mu0))
-    assert response.curve.friction_demand(high) == pytest.approx(mu0, rel=1e-12)
+    assert response.curve.mobilised_friction(high) == pytest.approx(mu0, rel=1e-12)
     assert response.demand([low, high]) == pytest.approx([-mu0, mu0], abs=1e-9)
 
 

@@ -167,7 +167,7 @@ def test_surface_is_asked_no_further_than_the_tip_comes(response):
 @pytest.mark.parametrize("k", [1, 2, 8, 29, 64, 120])
 def test_a_step_that_ends_on_the_onset_sticks_everywhere(response, k):
     dx0 = Decimal("0.001")
-    mu0 = float(response.curve.friction_demand(k * float(dx0)))
+    mu0 = float(response.curve.mobilised_friction(k * float(dx0)))
     stiction = read_curve(response.curve, [Decimal(repr(mu0))], [dx0])
     assert stiction.n_steps[0] == k
     assert list(stick_slip(response.curve, mu0, dx0, 1).phase).index("slip") == k + 1

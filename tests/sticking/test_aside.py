@@ -88,7 +88,7 @@ def test_a_rod_may_swing_aside_before_its_friction_demand_has_a_maximum():
     )
     assert planar.x0_lock > round_rod.x0_lock == round_rod.x0_end
     assert round_rod.mu_lock < planar.mu_lock
-    assert round_rod.mu_lock == pytest.approx(planar.friction_demand(planar.x1_init), rel=1e-9)
+    assert round_rod.mu_lock == pytest.approx(planar.mobilised_friction(planar.x1_init), rel=1e-9)
 
 
 @pytest.mark.parametrize("pair", [(1.0, 0.3), (2.0, 0.85), (4.0, 0.7), (12.0, 0.5)])

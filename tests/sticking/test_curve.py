@@ -99,7 +99,7 @@ def test_rod_that_lies_along_the_surface_from_the_start():
 
 def test_locking_friction_is_the_maximum_of_the_friction_demand(curves):
     for curve in curves.values():
-        demand = curve.friction_demand(np.linspace(0.0, curve.x0_end, 4001))
+        demand = curve.mobilised_friction(np.linspace(0.0, curve.x0_end, 4001))
         assert demand.max() <= curve.mu_lock + 1e-14
         assert demand.max() == pytest.approx(curve.mu_lock, rel=1e-6)
 
@@ -123,7 +123,7 @@ def test_onset_needs_exactly_the_friction_there_is(papers, theta, mu0):
     onset = curve.onset(mu0)
     slips = mu0 <= curve.mu_lock
     assert np.isfinite(onset).tolist() == slips.tolist()
-    assert curve.friction_demand(onset[slips]) == pytest.approx(mu0[slips], abs=1e-13)
+    assert curve.mobilised_friction(onset[slips]) == pytest.approx(mu0[slips], abs=1e-13)
     assert (np.diff(onset[slips]) >= -1e-15).all()
 
 
@@ -198,7 +198,7 @@ def test_a_tip_that_lifts_off_never_locks(theta, eta):
     assert curve.state(curve.x0_lock).reaction_fy == pytest.approx(0.0, abs=1e-9)
     onset = curve.onset([0.5, 5.0, 500.0, 1e9])
     assert (np.diff(onset) > 0).all() and onset[-1] <= curve.x0_lock
-    assert curve.friction_demand(onset[:3]) == pytest.approx([0.5, 5.0, 500.0], rel=1e-9)
+    assert curve.mobilised_friction(onset[:3]) == pytest.approx([0.5, 5.0, 500.0], rel=1e-9)
 
 
 def test_locking_friction_varies_smoothly_up_to_lifting_off():

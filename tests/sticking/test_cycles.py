@@ -47,7 +47,7 @@ def test_tip_slips_to_where_no_friction_is_needed(scan):
 
 def test_friction_is_never_exceeded_and_would_be_one_step_later(curve, scan):
     assert (-np.tan(scan.state.alpha) <= 0.4).all()
-    assert curve.friction_demand(14 * 0.004) > 0.4
+    assert curve.mobilised_friction(14 * 0.004) > 0.4
 
 
 def test_periods_repeat_translated(scan):

@@ -184,7 +184,7 @@ def test_onset_and_force_of_strong_taper_agree_with_an_independent_shooting(pair
     assert np.hypot(p, q) == pytest.approx(float(state.f), rel=1e-10)
     # What is missing to the friction angle, as a displacement.
     h = 1e-6
-    slope = (curve.friction_demand(x0 + h) - curve.friction_demand(x0 - h)) / (2 * h)
+    slope = (curve.mobilised_friction(x0 + h) - curve.mobilised_friction(x0 - h)) / (2 * h)
     assert (-q / p - mu0) / slope == pytest.approx(0.0, abs=1e-10)
 
 

@@ -180,7 +180,7 @@ def test_a_rod_curved_towards_the_surface_may_swing_before_it_locks():
     found = curve(3.8, 0.79, mounting)
     planar = solve_curve(3.8, 0.79, mounting=mounting, section="planar")
     assert found.x0_lock == found.x0_end < planar.x0_lock
-    assert found.mu_lock == pytest.approx(float(planar.friction_demand(found.x0_end)), rel=1e-9)
+    assert found.mu_lock == pytest.approx(float(planar.mobilised_friction(found.x0_end)), rel=1e-9)
     # Still more, and it is not stable in its plane from the start.
     none = curve(2.3, 0.85, Mounting(clamp_angle=0.06, curvature=(1.13, 1.34)))
     assert none.status == "out_of_reach" and not none.pieces

@@ -44,7 +44,7 @@ def test_last_step_sticks_and_the_next_one_slips(curve, mu0, dx0):
     slack = Fraction(np.spacing(float(onset)))
     assert n * Fraction(dx0) <= onset + slack
     assert (n + 1) * Fraction(dx0) > onset - slack
-    assert curve.friction_demand(stiction.x0_max[0]) <= float(mu0) + 1e-13
+    assert curve.mobilised_friction(stiction.x0_max[0]) <= float(mu0) + 1e-13
 
 
 def test_states_belong_to_their_displacements(curve):
@@ -83,7 +83,7 @@ def test_pairs_are_answered_in_their_order(curve):
 
 def test_penetration_starts_where_the_slope_changes_sign():
     curve = solve_curve(3.0, 0.85)
-    at = float(curve.friction_demand(curve.x0_touch))
+    at = float(curve.mobilised_friction(curve.x0_touch))
     before, after = D(repr(round(at - 0.001, 6))), D(repr(round(at + 0.001, 6)))
     fine = D("0.00001")
     assert read_curve(curve, [before, after], [fine, fine]).penetrates.tolist() == [False, True]

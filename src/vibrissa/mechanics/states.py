@@ -160,7 +160,7 @@ class ContactState(Batch):
         return np.arctan2(self.reaction_fx, -self.reaction_fy)
 
     @property
-    def friction_demand(self) -> Values:
+    def mobilised_friction(self) -> Values:
         """Mobilised friction −tan α; infinite without load."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.reaction_fx / self.reaction_fy

@@ -86,7 +86,7 @@ def friction_from_moment(evidence: Evidence) -> Judged:
     for theta in (1.0, 2.0, 3.0):
         curve = solve_curve(theta, evidence.eta)
         state = curve.state(np.linspace(0.0, curve.x0_lock, 401))
-        monotone.append(rises(state.reaction_m) and rises(curve.friction_demand(state.x0)))
+        monotone.append(rises(state.reaction_m) and rises(curve.mobilised_friction(state.x0)))
         sign_changes += int((np.diff(np.sign(state.reaction_m)) != 0).sum())
         quantities |= spread(f"moment up to the lock, θ = {theta:g}", state.reaction_m, ENERGY)
     quantities["curves on which the moment changes its sign"] = (sign_changes, "1")

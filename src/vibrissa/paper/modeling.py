@@ -66,7 +66,7 @@ def event_frequency(evidence: Evidence) -> Judged:
     curve = solve_curve(float(rows["theta"].iloc[0]), evidence.eta)
     quantities |= {
         "events per L of the dragged rod, largest μ0": (1.0 / dragged[-1], "1/L"),
-        "μ0 at which a pushed rod has as many": (curve.friction_demand(dragged[-1]), "1"),
+        "μ0 at which a pushed rod has as many": (curve.mobilised_friction(dragged[-1]), "1"),
     }
     return CONDITION, quantities
 

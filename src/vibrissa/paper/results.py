@@ -173,7 +173,9 @@ def taper_compensates(evidence: Evidence) -> Judged:
     for theta in (1.0, 2.0, 3.0):
         curve = solve_curve(theta, evidence.eta)
         at, h = curve.onset(frictions), 1e-6
-        slope[theta] = (curve.friction_demand(at + h) - curve.friction_demand(at - h)) / (2 * h)
+        slope[theta] = (curve.mobilised_friction(at + h) - curve.mobilised_friction(at - h)) / (
+            2 * h
+        )
     least = {theta: (slope[1.0] / slope[theta]).min() for theta in (2.0, 3.0)}
     quantities = {
         f"smallest ratio of the rise at θ = 1 to θ = {theta:g}": (ratio, "1")

@@ -514,7 +514,7 @@ def friction_from_travel(
             f"latest, got {x0_max}"
         )
     after = min(float(x0_max) + float(dx0), curve.x0_lock)
-    low, high = curve.state(np.array([float(x0_max), after])).friction_demand
+    low, high = curve.state(np.array([float(x0_max), after])).mobilised_friction
     return FrictionRange(float(low), curve.mu_lock if after == curve.x0_lock else float(high))
 
 

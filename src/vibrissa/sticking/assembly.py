@@ -54,8 +54,8 @@ def assembled_curves(
     Parameters
     ----------
     followed : sequence of StickingCurve
-        At least one; the pieces of each join from displacement 0 to beyond its end, those counted
-        by the advance last. Their `end` holds where no event comes before.
+        At least one; the pieces of each join from displacement 0 to beyond its end, those
+        without x0 as parameter last. Their `end` holds where no event comes before.
     events : sequence of sequences of sequences of Event
         For each piece of each curve.
 
@@ -179,9 +179,9 @@ def _extremes(pieces: PieceArray) -> _Extremes:
     if len(rows):
         # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
         ahead = pieces.samples.reaction_fx <= 0.0
-        sampled = np.where(ahead, pieces.samples.friction_demand, -np.inf)
+        sampled = np.where(ahead, pieces.samples.mobilised_friction, -np.inf)
         states = pieces.at(rows, pieces.largest(rows, sampled, _FORCE, _demand_slope))
-        top, demand = states.x0, np.where(states.reaction_fx <= 0.0, states.friction_demand, 0.0)
+        top, demand = states.x0, np.where(states.reaction_fx <= 0.0, states.mobilised_friction, 0.0)
     rows = np.flatnonzero(~pieces.line)
     at = pieces.first(rows, -pieces.samples.phi1, np.zeros(len(rows)), {"phi1": 1.0})
     rows, at = rows[np.isfinite(at)], at[np.isfinite(at)]

@@ -137,9 +137,9 @@ class StickingCurve:
         states = self._alone.states(_first(x0.ravel()), x0.ravel())
         return states.each(lambda values: values.reshape(x0.shape))
 
-    def friction_demand(self, x0: ArrayLike) -> FloatArray:
+    def mobilised_friction(self, x0: ArrayLike) -> FloatArray:
         """Mobilised friction −tan α at displacements (L); infinite where the tip lifts off."""
-        return self.state(x0).friction_demand
+        return self.state(x0).mobilised_friction
 
     def onset(self, mu0: ArrayLike) -> FloatArray:
         """Exact onset of slip (L): the first displacement at which −tan α = μ0.

@@ -19,7 +19,7 @@ from vibrissa.numerics.spectral import (
     chebyshev_series,
     chebyshev_transform,
 )
-from vibrissa.outcomes import Contact, Parameter
+from vibrissa.outcomes import Contact
 
 # Samples of each piece between which crossings are bracketed before they are located exactly.
 SAMPLES = 257
@@ -58,6 +58,9 @@ class Piece:
 
     Attributes
     ----------
+    by_x0 : bool
+        Whether x0 is the continuation parameter; where the force changes fast, or x0 turns back, it
+        is that of equation E3c (`vibrissa.mechanics.equations`).
     start, stop : float
         First and last value of the continuation parameter (x0 in L).
     states : StickingState, columns of shape (k,)
@@ -65,7 +68,7 @@ class Piece:
     """
 
     contact: Contact
-    parameter: Parameter
+    by_x0: bool
     start: float
     stop: float
     states: StickingState
@@ -170,7 +173,7 @@ class PieceArray:
     @cached_property
     def by_x0(self) -> BoolArray:
         """Whether the states are counted by the displacement."""
-        return np.array([piece.parameter is Parameter.X0 for piece in self.pieces], dtype=bool)
+        return np.array([piece.by_x0 for piece in self.pieces], dtype=bool)
 
     @cached_property
     def _grouped(self) -> list[tuple[IntArray, _Series]]:

@@ -131,7 +131,7 @@ class CurveArray:
         pieces = self.pieces
         count = self.stop - self.begin
         x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)
-        demand, places = pieces.samples.friction_demand, pieces.sample_places.copy()
+        demand, places = pieces.samples.mobilised_friction, pieces.sample_places.copy()
         before = first_reached(pieces.samples.x0, np.arange(len(x0_lock)), x0_lock)
         rows = np.flatnonzero(before < demand.shape[1])
         demand[rows, before[rows]] = mu_lock[rows]

@@ -18,7 +18,7 @@ from vibrissa.numerics.spectral import (
     chebyshev_transform,
     interpolation,
 )
-from vibrissa.outcomes import Contact, End, Parameter
+from vibrissa.outcomes import Contact, End
 from vibrissa.sticking.assembly import Event
 from vibrissa.sticking.piece import Piece, StickingState, rounded_contact
 from vibrissa.sticking.solving.branches import Branches
@@ -74,7 +74,7 @@ def finished(
         start, length = float(parts.start[row]), float(parts.length[row])
         piece = Piece(
             contact=Contact.LINE if parts.line[row] else Contact.POINT,
-            parameter=Parameter.X0 if parts.by_x0[row] else Parameter.ADVANCE,
+            by_x0=bool(parts.by_x0[row]),
             start=start,
             stop=start + length,
             states=states.take((slice(None), row)).copy(),

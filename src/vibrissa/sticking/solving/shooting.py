@@ -17,7 +17,7 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, gauss_rule
-from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
+from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
 from vibrissa.sticking.assembly import Event, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
 from vibrissa.sticking.piece import Piece, StickingState
@@ -286,7 +286,7 @@ def _smooth_piece(known: StickingState) -> Piece:
     unknown = np.full(STATES, np.nan)
     return Piece(
         contact=Contact.POINT,
-        parameter=Parameter.X0,
+        by_x0=True,
         start=0.0,
         stop=stop,
         states=replace(smooth, stability=unknown, stability_aside=unknown),
