@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import vibrissa
 from vibrissa.cli import options
-from vibrissa.cli.app import COMMANDS, app
+from vibrissa.cli.app import COMMANDS, app, command_of
 from vibrissa.errors import ArgumentError, RecordingError, UndeterminedError
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Status
@@ -288,6 +288,7 @@ def test_help_fits_80_columns_in_panels_and_has_an_example(name, monkeypatch):
     shown = run(name, "-h").output
     assert max(map(len, shown.splitlines())) <= 80 and "…" not in shown
     assert shown == run(name, "--help").output
+    assert COMMANDS[name] in " ".join(command_of(name).help.split())
     assert f"Example: vibrissa {name} " in shown or f"Examples: vibrissa {name} " in shown
     # Completion is installed by the program, not by a command.
     assert "--install-completion" not in shown

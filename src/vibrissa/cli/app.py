@@ -5,12 +5,19 @@ from keyword import iskeyword
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
-from vibrissa.cli.options import HELP
 from vibrissa.errors import UndeterminedError, VibrissaError
 
-COMMANDS = ("solve", "scan", "import", "identify", "design")
+HELP: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
+# What each does, as its own help says: so the list of commands does not load them.
+COMMANDS = {
+    "solve": "One rod on one surface: onset of slip, clamp reactions and largest strain.",
+    "scan": "Move the clamp over a surface and write the signals, step by step.",
+    "import": "Make a recording for identify from a laboratory's file, and report how it was read.",
+    "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
+    "design": "Find the rod that measures friction best, and its active constraints.",
+}
 
 
 def command_of(name: str) -> Any:
@@ -27,8 +34,13 @@ class Commands(TyperGroup):
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, name: str) -> Any:
-        """Load a command, with NumPy, SciPy and the solvers if it needs them."""
-        return command_of(name) if name in COMMANDS else None
+        """Name a command and what it does, for the list of them."""
+        return TyperCommand(name, help=COMMANDS[name]) if name in COMMANDS else None
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Load the command that is called, with NumPy, SciPy and the solvers if it needs them."""
+        name, _, rest = super().resolve_command(ctx, args)
+        return name, command_of(str(name)), rest
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""

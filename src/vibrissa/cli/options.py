@@ -11,6 +11,7 @@ from typing import Annotated, Any, get_origin
 import typer
 from pydantic.fields import FieldInfo
 
+from vibrissa.cli.app import HELP
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.series import STANDARD, Tabular, check_ending, write
@@ -26,7 +27,6 @@ SETUP: Panels = {
     "Rod": ("theta", "eta", "modulus", "diameter", "length", "contact", "material"),
     "Mounting": ("clamp_angle", "stage_angle"),
 }
-HELP: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
 
 
 def option(text: str, panel: str | None, *names: str, **more: Any) -> Any:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.quantities import NUMBER_AND_UNIT, SI_UNITS, Kind, in_si, range_of
+from vibrissa.sensor.quantities import Kind, is_number, range_of
 
 Choice = tuple[float, ...]
 
@@ -45,14 +45,14 @@ def heights_of(text: str, lengths: Choice) -> Choice:
     """Read heights in units of the length, or with a unit where the rod has a single length."""
 
     def read(part: str) -> float:
-        if NUMBER_AND_UNIT.fullmatch(part) is None:
-            return float(SI_UNITS.read(part, Kind.NUMBER, "eta"))
+        if is_number(part):
+            return Kind.NUMBER.read(part, "eta")
         if len(lengths) != 1:
             raise ArgumentError(
                 f"eta = {part!r} has a unit, but several lengths are allowed: give it in units "
                 "of the length"
             )
-        return float(in_si(part, Kind.LENGTH, "eta")) / lengths[0]
+        return Kind.LENGTH.read(part, "eta") / lengths[0]
 
     found = choices_of(text, read)
     return found if "," in text else _between(found[0], found[-1])

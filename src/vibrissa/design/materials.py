@@ -11,7 +11,6 @@ from pydantic import Field
 
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor.cards import Card
-from vibrissa.sensor.keys import validated
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.setup import Setup
 
@@ -77,12 +76,12 @@ def stated_material(setup: Setup) -> Material | None:
         if modulus is None or setup.yield_strain is None:
             return None
         stated |= {"modulus": modulus, "yield_strain": setup.yield_strain}
-        return validated(Material, {"name": "its material", "source": "", **stated}, None, ())
+        return Material.validated({"name": "its material", "source": "", **stated})
     if setup.yield_strain is not None:
         raise ArgumentError("give the material or its yield strain, not both")
     found = Material.named(setup.material, MATERIALS)
     found = found if modulus is None else found.with_modulus(modulus)
-    return validated(Material, dict(found) | stated, None, ())
+    return Material.validated(dict(found) | stated)
 
 
 def likely_material(setup: Setup) -> Material | None:

@@ -8,23 +8,16 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from vibrissa.design import choices
 from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.keys import read_keys, validated, with_options
-from vibrissa.sensor.quantities import SI_UNITS, Kind, Measured, channels_of, in_si
-from vibrissa.sensor.setup import EITHER, TOLERANCES, Setup
+from vibrissa.sensor.keys import Keyed, read_keys, with_options
+from vibrissa.sensor.quantities import Kind, Measured, channels_in_si
+from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
 from vibrissa.sticking.api import MOST_TAPER
 
@@ -37,19 +30,17 @@ SOLD = {"theta": choices.TAPERS, "diameter": choices.DIAMETERS, "length": choice
 Positive = Annotated[float, Field(gt=0.0)]
 Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Least = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Factor = Annotated[float, Field(ge=1.0, allow_inf_nan=False)]
+Factor = Annotated[float, Field(ge=1.0, allow_inf_nan=False), Kind.NUMBER]
 Part = Annotated[float, Field(gt=0.0, lt=1.0)]
 Taper = Annotated[float, Field(ge=1.0, le=MOST_TAPER)]
 
 
-class Requirements(BaseModel):
+class Requirements(Keyed):
     """What a rod is to measure, with what, and the constraints it must meet; see `read`.
 
     Of `theta`, `eta` (L), `diameter` and `length` (m) these are the values to choose from, and of
     `mu0` the ends of its range.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
     mu0: Annotated[tuple[Size, ...], Kind.NUMBER]
     """Friction coefficients to be measured: '0.2 to 0.4'."""
@@ -68,9 +59,9 @@ class Requirements(BaseModel):
     """Least diameter of the tip; by default 0.1 mm."""
     safety: Factor = 1.5
     """Least ratio of yield strain to largest strain."""
-    steps: Size = 10.0
+    steps: Annotated[Size, Kind.NUMBER] = 10.0
     """Least number of steps in a period of sticking."""
-    load: Part = 0.8
+    load: Annotated[Part, Kind.NUMBER] = 0.8
     """Largest part of the transducer's range that is used."""
     spacing: Annotated[Positive, Kind.LENGTH] = np.inf
     """Largest clamp travel between two measurements: '5 mm'."""
@@ -93,32 +84,28 @@ class Requirements(BaseModel):
             With a line for each value that is missing, given twice, or not allowed.
         """
         stated = {} if path is None else read_keys(path)
-        keys = with_options(stated, asked, EITHER)
+        keys = with_options(stated, asked, Setup.either)
         own = {name: keys.pop(name) for name in cls.model_fields if name in keys}
         for name in SIZES:
             if isinstance(own.get(name), str):
                 own[name], tolerance = Measured.read(own[name])
                 if tolerance is not None:
                     keys[TOLERANCES] = {name: tolerance} | keys.get(TOLERANCES, {})
-        own["setup"] = validated(Setup, keys, path, stated)
-        return validated(cls, own, path, stated)
+        own["setup"] = Setup.validated(keys, path, stated)
+        return cls.validated(own, path, stated)
 
-    @field_validator("*", mode="before")
+    @field_validator("mu0", *SIZES, mode="before")
     @classmethod
-    def _read_field(cls, value: Any, info: ValidationInfo) -> Any:
+    def _read_choices(cls, value: Any, info: ValidationInfo) -> Any:
         name = str(info.field_name)
         if isinstance(value, float | int):
-            return (value,) if name in (*SIZES, "mu0") else value
+            return (value,)
         if not isinstance(value, str):
             return value
-        marks = cls.model_fields[name].metadata
-        kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind.NUMBER)
         if name == "eta":
             return choices.heights_of(value, info.data.get("length", ()))
-        if name in (*SIZES, "mu0"):
-            sold = SOLD.get(name, ())
-            return choices.choices_of(value, lambda text: _read(text, kind, name), sold)
-        return _read(value, kind, name)
+        kind = cls.kinds()[name]
+        return choices.choices_of(value, lambda text: kind.read(text, name), SOLD.get(name, ()))
 
     @model_validator(mode="after")
     def _check_setup(self) -> Self:
@@ -155,8 +142,7 @@ class Requirements(BaseModel):
         """Standard deviations of the noise in single readings of force_x, force_y, moment_z, SI."""
         if self.setup.noise is None:
             return np.array(preset(str(self.setup.transducer)).deviation)
-        parts = channels_of(self.setup.noise, "noise")
-        return np.array([float(in_si(part, kind, "noise")) for part, kind in parts])
+        return np.array(channels_in_si(self.setup.noise, "noise"))
 
     @property
     def largest(self) -> tuple[float, float, float]:
@@ -192,8 +178,3 @@ class Requirements(BaseModel):
                 "length": Measured(f"{1e3 * length:.10g} mm"),
             }
         )
-
-
-def _read(text: str, kind: Kind, name: str) -> float:
-    read = SI_UNITS.read if kind is Kind.NUMBER else in_si
-    return float(read(text, kind, name))

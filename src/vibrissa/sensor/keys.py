@@ -1,18 +1,73 @@
-"""TOML files and options whose keys are fields of a pydantic model; messages for what is wrong."""
+"""Models whose fields are keys of a TOML file and options; messages for what is wrong."""
 
 import json
 import tomllib
 from collections.abc import Container, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from vibrissa.errors import ArgumentError
 from vibrissa.files import write_atomically
+from vibrissa.sensor.quantities import Kind
 
-Model = TypeVar("Model", bound=BaseModel)
+
+class Keyed(BaseModel):
+    """Fields that are read from a TOML file, from options, or from both.
+
+    A field that is marked with a `Kind` is text with a unit.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+
+    # Pairs of keys for one property: an option for one of them overrides both in a file.
+    either: ClassVar[tuple[tuple[str, str], ...]] = ()
+
+    @classmethod
+    def read(cls, path: Path | str | None = None, **options: Any) -> Self:
+        """Read fields from a TOML file, from options, which override it, or from both.
+
+        Raises
+        ------
+        ArgumentError
+            With a line for each key or value that is not allowed.
+        """
+        keys = {} if path is None else read_keys(path)
+        return cls.validated(with_options(keys, options, cls.either), path, keys)
+
+    @classmethod
+    def validated(
+        cls, given: Mapping[str, Any], path: Path | str | None = None, keys: Container[str] = ()
+    ) -> Self:
+        """Validate values; a message names the file where the field is one of its `keys`.
+
+        Raises
+        ------
+        ArgumentError
+            With a line for each key or value that is not allowed.
+        """
+        # A number of a file is text without a unit.
+        texts = {name: str(value) for name, value in given.items() if type(value) in (int, float)}
+        of_file = {name: text for name, text in texts.items() if name in keys}
+        try:
+            return cls.model_validate({**given, **of_file})
+        except ValidationError as error:
+            lines = [_line(each, cls) for each in error.errors()]
+            places = [f"{path}: " if _key(each) in keys else "" for each in error.errors()]
+        told = dict.fromkeys(place + line for place, line in zip(places, lines, strict=True))
+        raise ArgumentError("\n".join(told))
+
+    @classmethod
+    def kinds(cls) -> dict[str, Kind]:
+        """Return what the fields measure that are marked with a kind."""
+        return {
+            name: mark
+            for name, field in cls.model_fields.items()
+            for mark in field.metadata
+            if isinstance(mark, Kind)
+        }
 
 
 def read_keys(path: Path | str) -> dict[str, Any]:
@@ -70,42 +125,6 @@ def with_options(
         if isinstance(value, Mapping) and isinstance(given.get(name), Mapping):
             given[name] = {**value, **given[name]}
     return {name: value for name, value in keys.items() if name not in replaced} | given
-
-
-def read_model(
-    model: type[Model],
-    path: Path | str | None,
-    options: Mapping[str, Any],
-    either: Iterable[Sequence[str]] = (),
-) -> Model:
-    """Read a model from a TOML file, from options, or from both; see `with_options`.
-
-    Raises
-    ------
-    ArgumentError
-        With a line for each key or value that is not allowed.
-    """
-    keys = {} if path is None else read_keys(path)
-    return validated(model, with_options(keys, options, either), path, keys)
-
-
-def validated(
-    model: type[Model], given: Mapping[str, Any], path: Path | str | None, keys: Container[str]
-) -> Model:
-    """Validate keys and their values; a message names the file where the key is one of its `keys`.
-
-    Raises
-    ------
-    ArgumentError
-        With a line for each key or value that is not allowed.
-    """
-    try:
-        return model.model_validate(given)
-    except ValidationError as error:
-        lines = [_line(each, model) for each in error.errors()]
-        places = [f"{path}: " if _key(each) in keys else "" for each in error.errors()]
-    told = dict.fromkeys(place + line for place, line in zip(places, lines, strict=True))
-    raise ArgumentError("\n".join(told))
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

@@ -21,6 +21,8 @@ from vibrissa.numerics.arrays import FloatArray
 
 if TYPE_CHECKING:
     import pint
+    from pydantic import GetCoreSchemaHandler, ValidationInfo
+    from pydantic_core import CoreSchema
 
 # A number in units of the rod, or text such as "50 um".
 Quantity = str | float | Decimal
@@ -58,6 +60,28 @@ class Kind(StrEnum):
     SPEED = "speed", "m/s"
     RATE = "rate", "Hz"
     NUMBER = "number", "1", "1"
+
+    def read(self, text: str, what: str) -> float:
+        """Value in SI units of a text, which needs a unit if this is not a number.
+
+        Raises
+        ------
+        ArgumentError
+            If it is no such quantity.
+        """
+        read = SI_UNITS.read if self is Kind.NUMBER else in_si
+        return float(read(text, self, what))
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: "GetCoreSchemaHandler"
+    ) -> "CoreSchema":
+        """Let pydantic read text in fields that are marked with this kind."""
+        from pydantic import BeforeValidator
+
+        def read(value: Any, info: "ValidationInfo") -> Any:
+            return self.read(value, str(info.field_name)) if isinstance(value, str) else value
+
+        return BeforeValidator(read).__get_pydantic_core_schema__(source, handler)
 
 
 # What the channels force_x, force_y and moment_z of a transducer measure.
@@ -253,6 +277,17 @@ def channels_of(text: str, what: str) -> list[tuple[str, Kind]]:
     if len(parts) != len(CHANNEL_KINDS):
         raise ArgumentError(f"{what} needs three values, got {text!r}")
     return list(zip(parts, CHANNEL_KINDS, strict=True))
+
+
+def channels_in_si(text: str, what: str) -> list[float]:
+    """Values in SI units of ``"3 mN, 3 mN, 10 uN*m"``: force_x, force_y and moment_z.
+
+    Raises
+    ------
+    ArgumentError
+        If there are not three values, or one of them is no such quantity.
+    """
+    return [float(in_si(part, kind, what)) for part, kind in channels_of(text, what)]
 
 
 def wished_units(*given: object) -> dict[Kind, str]:

@@ -7,23 +7,21 @@ from dataclasses import replace
 from decimal import Decimal
 from functools import cached_property
 from numbers import Real
-from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.keys import read_model
+from vibrissa.sensor.keys import Keyed
 from vibrissa.sensor.quantities import (
     SI_UNITS,
     Kind,
     Measured,
     Quantity,
     Units,
-    in_si,
     wished_units,
 )
 from vibrissa.sensor.tolerances import check_name, read_tolerances
@@ -31,18 +29,23 @@ from vibrissa.sensor.whisker import Whisker
 
 TOLERANCES = "tolerances"
 MOUNTING = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
-# Each pair describes one property: an option takes the place of either in the file.
-EITHER = (("transducer", "noise"), ("material", "yield_strain"))
 
 
-class Setup(BaseModel):
+class Setup(Keyed):
     """Rod, mounting and transducer, as they were stated; see `Setup.read`.
 
     Numbers without a unit are nondimensional: lengths in units of the rod's length. An angle other
     than 0 has a unit.
+
+    Examples
+    --------
+    >>> setup = Setup.read(theta=2, eta="85 ± 0.1 mm", modulus="210 GPa", diameter="1 mm",
+    ...                    length="100 mm")
+    >>> print(f"{setup.whisker.eta} ± {setup.whisker.tolerances['eta']:.3f}")
+    0.85 ± 0.001
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+    either = (("transducer", "noise"), ("material", "yield_strain"))
 
     theta: Annotated[Measured | None, Kind.NUMBER] = None
     """Taper, base over tip diameter: '2 ± 0.02'."""
@@ -82,29 +85,11 @@ class Setup(BaseModel):
     tolerances: dict[str, Quantity] = Field(default_factory=dict)
     """Standard deviation of a quantity: 'modulus=2 %', 'theta=exact'."""
 
-    @classmethod
-    def read(cls, path: Path | str | None = None, **options: Any) -> Self:
-        """Read a set-up from a TOML file, from options, or from both.
-
-        Raises
-        ------
-        ArgumentError
-            With a line for each key or value that is not allowed.
-
-        Examples
-        --------
-        >>> setup = Setup.read(theta=2, eta="85 ± 0.1 mm", modulus="210 GPa", diameter="1 mm",
-        ...                    length="100 mm")
-        >>> print(f"{setup.whisker.eta} ± {setup.whisker.tolerances['eta']:.3f}")
-        0.85 ± 0.001
-        """
-        return read_model(cls, path, options, EITHER)
-
     @field_validator("*", mode="before")
     @classmethod
     def _read_quantity(cls, value: Any, info: ValidationInfo) -> Any:
         name = str(info.field_name)
-        kind = KINDS.get(name)
+        kind = cls.kinds().get(name)
         if kind is None:
             return value
         allowed = isinstance(value, str | Real | Decimal) and not isinstance(value, bool)
@@ -139,7 +124,7 @@ class Setup(BaseModel):
     def in_si(self, name: str) -> float | None:
         """SI value of a quantity, which needs a unit; None if it is not stated."""
         measured = getattr(self, name)
-        return None if measured is None else float(in_si(str(measured.value), KINDS[name], name))
+        return None if measured is None else self.kinds()[name].read(str(measured.value), name)
 
     @cached_property
     def rod(self) -> Rod | None:
@@ -190,19 +175,10 @@ class Setup(BaseModel):
             mounting=Mounting(**{name: self._read(name, units) for name in MOUNTING}),
             wished=units.wished,
         )
-        written = {name: getattr(self, name) for name in KINDS}
+        written = {name: getattr(self, name) for name in self.kinds()}
         stated = {name: one.tolerance for name, one in written.items() if one and one.tolerance}
         sizes = read_tolerances(units, stated | self.tolerances, whisker)
         return replace(whisker, tolerances=sizes)
 
     def _read(self, name: str, units: Units) -> float:
-        return float(units.read(getattr(self, name).value, KINDS[name], name))
-
-
-# What the quantities of a set-up measure.
-KINDS = {
-    name: mark
-    for name, field in Setup.model_fields.items()
-    for mark in field.metadata
-    if isinstance(mark, Kind)
-}
+        return float(units.read(getattr(self, name).value, self.kinds()[name], name))

@@ -8,17 +8,21 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.cards import Card
-from vibrissa.sensor.quantities import CHANNEL_KINDS, Units
+from vibrissa.sensor.quantities import Units, channels_in_si
 
 CHANNELS = ("force_x", "force_y", "moment_z")
 
 Size = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Most = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+
+
+def _in_si(text: Any, info: ValidationInfo) -> Any:
+    return channels_in_si(text, str(info.field_name)) if isinstance(text, str) else text
 
 
 class Transducer(Card):
@@ -34,9 +38,9 @@ class Transducer(Card):
         Standard deviation of the normal noise of one reading; by default one step.
     """
 
-    limit: Annotated[tuple[Most, Most, Most], CHANNEL_KINDS]
-    resolution: Annotated[tuple[Size, Size, Size], CHANNEL_KINDS]
-    noise: Annotated[tuple[Size, Size, Size], CHANNEL_KINDS]
+    limit: Annotated[tuple[Most, Most, Most], BeforeValidator(_in_si)]
+    resolution: Annotated[tuple[Size, Size, Size], BeforeValidator(_in_si)]
+    noise: Annotated[tuple[Size, Size, Size], BeforeValidator(_in_si)]
 
     @model_validator(mode="before")
     @classmethod

@@ -1,14 +1,13 @@
 """Settings of an import: options, or the keys of a TOML file."""
 
-from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor.importing.titles import KINDS
-from vibrissa.sensor.keys import read_model
-from vibrissa.sensor.quantities import Kind, in_si
+from vibrissa.sensor.keys import Keyed
+from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.transducer import CHANNELS
 
 
@@ -22,7 +21,7 @@ class Place(NamedTuple):
 def _place(text: Any, info: ValidationInfo) -> Place:
     for column in ("time", "footpoint"):
         try:
-            return Place(column, float(in_si(str(text), KINDS[column], column)))
+            return Place(column, KINDS[column].read(str(text), column))
         except ArgumentError:
             continue
     name = str(info.field_name).strip("_")
@@ -36,36 +35,33 @@ def _two(text: Any, info: ValidationInfo) -> list[str]:
     return parts
 
 
-def _si(kind: Kind) -> BeforeValidator:
-    def read(text: Any, info: ValidationInfo) -> float:
-        return float(in_si(str(text), kind, str(info.field_name)))
-
-    return BeforeValidator(read)
-
-
 At = Annotated[Place, BeforeValidator(_place)]
-Length = Annotated[float, _si(Kind.LENGTH)]
+Length = Annotated[float, Kind.LENGTH]
 
 
-class Settings(BaseModel):
-    """Settings of an import; None: found in the file, or absent."""
+class Settings(Keyed):
+    """Settings of an import; None: found in the file, or absent.
 
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+    Examples
+    --------
+    >>> Settings.read(column={"force_x": "-Fz [mN]"}, tare="0 s, 2 s").tare
+    (Place(column='time', value=0.0), Place(column='time', value=2.0))
+    """
 
     column: dict[str, str] = Field(default_factory=dict)
     """Column of the file for a channel, with its unit if the file has none: 'force_x=Fz [mN]',
     'force_y=-Fy' with the other sign, 'time=#1' for the first one. Repeat it. Columns named time,
     footpoint, force_x, force_y and moment_z are found."""
-    turn: Annotated[float, _si(Kind.ANGLE)] = 0.0
+    turn: Annotated[float, Kind.ANGLE] = 0.0
     """Angle by which the file's axes are turned from x to y: '90 deg'."""
     moment_origin: Annotated[tuple[Length, Length], BeforeValidator(_two)] = (0.0, 0.0)
     """Point about which the moment acts, from the clamp: '1 mm, 0 mm'."""
     tare: Annotated[tuple[At, At] | None, BeforeValidator(_two)] = None
     """Window without load, whose mean is the zero: '0 s, 2 s'. By default the rows before the rod
     is lowered, if the clamp rests then."""
-    speed: Annotated[float | None, Field(gt=0.0), _si(Kind.SPEED)] = None
+    speed: Annotated[float | None, Field(gt=0.0), Kind.SPEED] = None
     """Speed of the stage, if its position is missing: '0.1 mm/s'."""
-    rate: Annotated[float | None, Field(gt=0.0), _si(Kind.RATE)] = None
+    rate: Annotated[float | None, Field(gt=0.0), Kind.RATE] = None
     """Samples in a second, if the time is missing: '50 Hz'."""
     from_: At | None = Field(None, alias="from")
     """First sample to take, by time or clamp position: '2 s'. With --speed, when the stage begins
@@ -76,22 +72,6 @@ class Settings(BaseModel):
     """Decimal sign, '.' or ','. Found by default."""
     titles: int | None = Field(None, ge=0)
     """Line of the titles; 0 for none. Found by default."""
-
-    @classmethod
-    def read(cls, path: Path | None = None, **options: Any) -> Self:
-        """Read settings from a TOML file, from options, or from both.
-
-        Raises
-        ------
-        ArgumentError
-            With a line for each key or value that is not allowed.
-
-        Examples
-        --------
-        >>> Settings.read(column={"force_x": "-Fz [mN]"}, tare="0 s, 2 s").tare
-        (Place(column='time', value=0.0), Place(column='time', value=2.0))
-        """
-        return read_model(cls, path, options)
 
     @property
     def made(self) -> set[str]:
