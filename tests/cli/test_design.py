@@ -1,9 +1,7 @@
 """The command that designs a rod."""
 
-import csv
 import re
 
-import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -18,32 +16,22 @@ NANO = ["--transducer", "nano17-si-12-0.12", "--step", "50 um", "--mu0", "0.2 to
 SHAPE = ["--theta", "2", "--eta", "0.85"]
 
 
-def test_the_rod_of_the_paper_on_the_command_line(tmp_path):
-    out = tmp_path / "d.csv"
+def test_the_rod_of_the_paper_on_the_command_line():
     size = ["--diameter", "5 mm", "--length", "100 mm"]
-    result = run("--material", "steel-s235", *NANO, *SHAPE, *size, "-o", out)
+    result = run("--material", "steel-s235", *NANO, *SHAPE, *size)
     assert result.exit_code == 1
     assert result.output.startswith("this rod cannot be used: it violates the constraints moment_z")
     assert re.search(r"strain +0\.0363 +< 0\.000746 +48\.[67] times", result.output)
-    (row,) = csv.DictReader(out.open())
-    assert row["status"] == "none" and "strain" in row["active_constraints"]
-    assert float(row["force_y_value [N]"]) == pytest.approx(1472, rel=1e-3)
+    assert re.search(r"force_y +1\.47e\+03 N", result.output)
 
 
 @pytest.mark.slow
 def test_a_search_on_the_command_line(tmp_path):
-    out, rod = (tmp_path / name for name in ("d.parquet", "rod.toml"))
+    rod = tmp_path / "rod.toml"
     where = ["--length", "100 mm, 150 mm", "--eta", "0.85, 0.87", "--theta", "1, 2"]
-    result = run("--material", "music-wire", *NANO, *where, "-o", out)
+    result = run("--material", "music-wire", *NANO, *where, "-o", rod)
     assert result.exit_code == 0, result.output
-    table = pd.read_parquet(out)
-    (row,) = table.to_dict("records")
-    assert row["status"] == "found" and row["length"] in (0.1, 0.15)
-    assert table.attrs["units"]["diameter"] == "m"
-    assert f"{row['uncertainty']:.2g}" in result.output
-    for name in row["active_constraints"].split():
-        assert name in result.output
-    assert run("--material", "music-wire", *NANO, *where, "-o", rod).exit_code == 0
+    assert re.search(r", length 1[05]0 mm$", result.output, re.M)
     assert rod.read_text(encoding="utf-8").startswith("# vibrissa design: the best of ")
     solved = CliRunner().invoke(app, ["solve", "--rod", str(rod), "--mu0", "0.3"])
     assert solved.exit_code == 0 and "largest strain over yield strain" in solved.output
@@ -63,6 +51,7 @@ def test_a_rod_that_violates_constraints_is_not_written(tmp_path):
         ([*NANO, "--material", "music-wire", "--rod", "no.toml"], "No such file"),
         ([*NANO, "--material", "music-wire", "--safety", "x"], "safety must be a number, got 'x'"),
         ([*NANO, "--material", "music-wire", "-o", "d.txt"], "ending must be"),
+        ([*NANO, "--material", "music-wire", "-o", "d.csv"], "the ending must be .toml"),
     ],
 )
 def test_mistakes_get_one_line(arguments, message, tmp_path, monkeypatch):

@@ -1,10 +1,14 @@
 """``vibrissa design``: the rod that measures friction best."""
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
 
-from vibrissa.cli.options import Out, command, hand_out, progress_bars
+from vibrissa.cli.options import command, option, progress_bars
 from vibrissa.design import DesignStatus, Requirements
 from vibrissa.design import design as find_design
+from vibrissa.errors import ArgumentError
 from vibrissa.sensor.keys import write_keys
 from vibrissa.sensor.setup import TOLERANCES
 
@@ -19,6 +23,9 @@ PANELS = {
 }
 # Ending of a set-up file.
 ROD_FILE = ".toml"
+Out = Annotated[
+    Path | None, option("Set-up file (.toml) to write: the best rod.", "Output", "--output", "-o")
+]
 EXAMPLES = (
     "Examples: `vibrissa design --material music-wire --transducer nano17-si-12-0.12 --step "
     "'50 um' --mu0 '0.2 to 0.4'`; a rod that is given is checked: `vibrissa design --material "
@@ -39,12 +46,13 @@ def design(requirements: Requirements, output: Out = None) -> None:
     checked. The best rod is written as a set-up file with `-o rod.toml`. If no rod meets all
     constraints, the one that violates them least is shown, and the exit code is 1.
     """
+    if output is not None and output.suffix.lower() != ROD_FILE:
+        raise ArgumentError(f"{output}: the ending must be {ROD_FILE}")
     found = find_design(requirements, progress_bars())
-    as_rod = output is not None and output.suffix.lower() == ROD_FILE
-    hand_out(found, str(found), None if as_rod else output)
+    typer.echo(str(found))
     if found.status is DesignStatus.NONE:
-        if as_rod:
+        if output is not None:
             typer.echo(f"{output} is not written: the rod violates constraints", err=True)
         raise typer.Exit(1)
-    if output is not None and as_rod:
+    if output is not None:
         write_keys(output, found.best.setup.stated(), f"vibrissa design: {found.message}")

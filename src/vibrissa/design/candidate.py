@@ -92,22 +92,16 @@ class Candidate:
         found = limits_of(self.requirements, self.pair, self.diameter, self.length)
         return sorted(found, key=lambda check: -float(f"{check.use:.3g}"))
 
-    @cached_property
-    def demand_slope(self) -> FloatArray:
-        """Growth of the demand −tan α with x0 at the onset (1/L)."""
-        slips = np.isfinite(self.pair.x0_slip)
-        return np.where(slips, self.pair.sensitivity.demand, np.nan)
-
     @property
     def by_step(self) -> FloatArray:
         """Random part by the step of the stage, in which the onset is uniform."""
-        return step_deviation(self.demand_slope, self.requirements.step / self.length)
+        return step_deviation(self.pair.demand_slope, self.requirements.step / self.length)
 
     @property
     def by_reading(self) -> FloatArray:
         """Random part by the noise of the readings."""
         with np.errstate(divide="ignore"):  # a period of no length tells nothing
-            return np.asarray(np.abs(self.demand_slope) / np.sqrt(self._known))
+            return np.asarray(np.abs(self.pair.demand_slope) / np.sqrt(self._known))
 
     @cached_property
     def by_tolerances(self) -> FloatArray:
@@ -176,7 +170,7 @@ class Candidate:
         rows = rows.reshape(len(both), -1, len(sigma))
         squares = rows.transpose(0, 2, 1) @ rows
         known = np.einsum("p,kpq,kpr->kqr", PERIODS * PART_WEIGHTS, both, moved)
-        effect = of.friction * sigma - self.demand_slope[:, None, None] * moved
+        effect = of.friction * sigma - self.pair.demand_slope[:, None, None] * moved
         return (
             np.einsum("p,kpq->kq", PART_WEIGHTS, effect),
             np.linalg.inv(squares - known + np.eye(len(sigma))),

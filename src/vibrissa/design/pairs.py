@@ -60,6 +60,11 @@ class Pair:
         return np.asarray(slopes[np.argmin((slopes**2).sum(axis=1))])
 
     @cached_property
+    def demand_slope(self) -> FloatArray:
+        """Growth of the demand −tan α with x0 at each onset (1/L)."""
+        return self.response.demand_slope(self.x0_slip)
+
+    @cached_property
     def sensitivity(self) -> Sensitivity:
         """Sensitivity of the friction, in a period that locks up to the lock."""
         end = np.where(np.isfinite(self.x0_slip), self.x0_slip, self.response.x0_lock)

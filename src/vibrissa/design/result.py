@@ -9,7 +9,6 @@ import numpy as np
 from vibrissa.design.candidate import Candidate
 from vibrissa.design.limits import Limit
 from vibrissa.sensor.quantities import Kind
-from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.tolerances import told
 
 # By this much a limit may be exceeded, as numbers are rounded.
@@ -36,7 +35,7 @@ class DesignStatus(StrEnum):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Design(Tabular):
+class Design:
     """Result of a design: the best rod, its constraints, and the best rods of other tapers.
 
     Attributes
@@ -140,34 +139,6 @@ class Design(Tabular):
                 rows.append((one.name, given, f"{one.halved:.0%}"))
         head = "measure first: halving a tolerance lowers the uncertainty by"
         return [head, *_aligned(rows)] if rows else []
-
-    def columns(self) -> dict[str, Column]:
-        """One row with units: the rod, its uncertainty and its constraints."""
-        rod, units = self.best, self.best.whisker.units
-        active = " ".join(self.active_constraints)
-        height, tip = rod.eta * rod.length, rod.diameter / rod.theta
-        largest = "largest standard deviation of mu0 in its range"
-        columns = {
-            "status": Column([self.status.value], "", "found, or none meets all constraints"),
-            "message": Column([self.message], "", "the status in words"),
-            "active_constraints": Column([active], "", "constraints that are used up or violated"),
-            "theta": Column([rod.theta], "1", "taper"),
-            "eta": Column([rod.eta], "L", "height of the surface"),
-            "diameter": Column([rod.diameter], "m", "diameter at the clamp"),
-            "tip_diameter": Column([tip], "m", "diameter of the tip"),
-            "length": Column([rod.length], "m", "length"),
-            "height": Column([height], "m", "height of the surface"),
-            "mu_lock": Column([rod.mu_lock], "1", "largest friction at which the tip slips"),
-            "uncertainty": Column([rod.largest], "1", largest),
-        }
-        for check in self.checks:
-            unit, bound = units.name(check.kind), "largest" if check.upper else "least"
-            columns |= {
-                f"{check.name}_value": Column([float(check.value)], unit, check.meaning),
-                f"{check.name}_bound": Column([check.bound], unit, f"{bound} value allowed"),
-                f"{check.name}_use": Column([float(check.use)], "1", "part that is used"),
-            }
-        return columns
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:

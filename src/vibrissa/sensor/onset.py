@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,10 +13,6 @@ from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.strain import strains_until
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, onset_on
-
-if TYPE_CHECKING:
-    pass
-
 
 # Column of the largest strain as a part of the yield strain.
 YIELDS = "strain_over_yield"
