@@ -135,7 +135,7 @@ def test_reactions_between_heights_are_those_that_are_solved():
         assert np.abs(states(x0) - solved(x0)).max() < 0.1 * EXACT * size
         # Towards the end the states stand more closely, as near a limit point.
         assert states.slope(x0)[:-1] == pytest.approx(solved.slope(x0)[:-1], abs=1e-5)
-        assert heights().at(eta)(x0) == pytest.approx(states(x0), abs=1e-8)
+        assert heights().states(eta)(x0) == pytest.approx(states(x0), abs=1e-14)
 
 
 @pytest.mark.parametrize(

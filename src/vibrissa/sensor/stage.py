@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.response.branch import Branch, Response
+from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.response.heights import HeightRange, HeightStates
 
 
@@ -47,19 +47,15 @@ class Stage:
         """Position along the surface (L)."""
         return np.asarray(np.asarray(clamp) * np.cos(self.angle))
 
-    def branch(self, clamp: float) -> Branch:
-        """Branch at the height of a clamp position."""
+    def at(self, clamp: ArrayLike) -> Response | HeightStates:
+        """States at the heights of clamp positions."""
         rod = self.rod
-        return rod if isinstance(rod, Response) else rod.at(float(self.height(clamp)))
+        return rod if isinstance(rod, Response) else rod.states(self.height(clamp))
 
     def states(
         self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike
-    ) -> tuple[Branch | HeightStates, FloatArray]:
+    ) -> tuple[Response | HeightStates, FloatArray]:
         """States that a tip at a place has at clamp positions, and its displacements (L)."""
-        states = self._states(clamp)
+        states = self.at(clamp)
         ahead = self.along(clamp) - np.asarray(contact)
         return states, np.asarray(states.x1_init + np.asarray(side) * ahead)
-
-    def _states(self, clamp: ArrayLike) -> Branch | HeightStates:
-        rod = self.rod
-        return rod if isinstance(rod, Response) else rod.states(self.height(clamp))

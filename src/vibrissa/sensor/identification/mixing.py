@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from vibrissa.errors import MixedColumnsError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.recording import FORCES, Recording
-from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.transducer import CHANNELS
 
 # Points of the branch.
@@ -32,7 +32,7 @@ MIRROR, THOUSAND = np.diag([-1.0, 1.0, -1.0]), 1e3
 class NearestStates:
     """States of a rod at one height, with their readings in the used channels."""
 
-    branch: Branch
+    branch: Response
     used: list[int]
     noise: FloatArray
 

@@ -32,12 +32,20 @@ class States(ABC):
 
     Attributes
     ----------
-    x0_pull, x0_end : float or ndarray
-        Where pulling ends (0 without pulling), and where pushing ends (L).
+    x0_pull, x0_lock, x0_end : float or ndarray
+        Where pulling ends (0 without pulling), where the tip locks, and where pushing ends (L).
+    x1_init : float or ndarray
+        Contact point in the α = 0 state, from the clamp (L).
+    bounds : ndarray
+        Of one branch, ends of its smooth stretches: where pulling ends, kinks, α = 0, the lock,
+        the end (L).
     """
 
     x0_pull: ArrayLike
+    x0_lock: ArrayLike
     x0_end: ArrayLike
+    x1_init: ArrayLike
+    bounds: FloatArray
 
     @abstractmethod
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
@@ -66,24 +74,33 @@ class States(ABC):
         fx_slope, fy_slope, _ = np.moveaxis(self.slope(x0), -1, 0)
         return np.asarray((fx_slope * fy - fx * fy_slope) / fy**2)
 
+    @property
+    def mu_lock(self) -> float:
+        """Largest friction at which a pushed tip slips; infinite if it lifts off instead."""
+        fx, fy, _ = self(self.x0_lock)
+        return float(fx / fy) if fy < -TINY else float("inf")
+
+    def contact(self, clamp: float, x0: float, side: int) -> float:
+        """Position of the tip (L), which is ahead of the clamp (`side` 1) or behind it (−1).
+
+        Behind it the state is the mirror image of that at x0.
+        """
+        return float(clamp + side * (np.asarray(self.x1_init) - x0))
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Branch(States):
-    """Clamp reactions over the displacement x0 of the clamp.
+class Response(States):
+    """Clamp reactions of one rod at one height over the displacement x0 of the clamp.
 
     Attributes
     ----------
     reactions : PPoly
         fx, fy (E·I0/L²) and m (E·I0/L) over x0, from where pulling ends to where pushing ends.
-    x0_lock : float
-        Displacement at which the tip locks (L).
-    x1_init : float
-        Contact point in the α = 0 state, from the clamp (L).
-    bounds : ndarray
-        Ends of the smooth stretches: where pulling ends, kinks, α = 0, the lock, the end (L).
     swings : bool
         Whether a locked tip is dragged in the end: pushing ends with lateral buckling, and
         retraction is resolved.
+    curve : StickingCurve
+        Sticking curve from which they were tabulated; it covers x0 ≥ 0.
     """
 
     reactions: PPoly
@@ -91,6 +108,7 @@ class Branch(States):
     x1_init: float
     bounds: FloatArray
     swings: bool
+    curve: StickingCurve
 
     @property
     def x0_pull(self) -> float:  # type: ignore[override]
@@ -107,35 +125,9 @@ class Branch(States):
         """Number of the bound at which the tip locks."""
         return int(np.argmin(np.abs(self.bounds - self.x0_lock)))
 
-    @property
-    def mu_lock(self) -> float:
-        """Largest friction at which a pushed tip slips; infinite if it lifts off instead."""
-        fx, fy, _ = self.reactions(self.x0_lock)
-        return float(fx / fy) if fy < -TINY else float("inf")
-
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
         """Differentiate the clamp reactions fx, fy and m over x0, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0, order))
-
-    def contact(self, clamp: float, x0: float, side: int) -> float:
-        """Position of the tip (L), which is ahead of the clamp (`side` 1) or behind it (−1).
-
-        Behind it the state is the mirror image of that at x0.
-        """
-        return clamp - side * x0 + side * self.x1_init
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Response(Branch):
-    """Branch of one rod at one height, with the sticking curve from which it was tabulated.
-
-    Attributes
-    ----------
-    curve : StickingCurve
-        Sticking curve, which covers x0 ≥ 0.
-    """
-
-    curve: StickingCurve
 
     def push_limit(self, mu0: float) -> tuple[float, bool]:
         """Largest x0 up to which a pushed tip sticks, and whether it is past the lock (L)."""

@@ -13,11 +13,10 @@ from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
-from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.numerics.splines import joined
-from vibrissa.sensor.response.branch import KNOTS, Branch, States, responses
+from vibrissa.sensor.response.branch import KNOTS, Response, States, responses
 from vibrissa.sensor.whisker import Whisker
 
 # Heights at which the rod is solved, and knots on each stretch, as parts of it.
@@ -40,13 +39,13 @@ class Heights:
     ----------
     low, high : float
         Ends of the range (L).
-    branches : tuple of Branch
+    branches : tuple of Response
         At Chebyshev points of the range, all with the same landmarks.
     """
 
     low: float
     high: float
-    branches: tuple[Branch, ...]
+    branches: tuple[Response, ...]
 
     @cached_property
     def _series(self) -> tuple[FloatArray, FloatArray]:
@@ -95,29 +94,6 @@ class Heights:
             found[on] = np.einsum("nk,nkc->nc", row[on], spline(part[on], order))
         return found * steep[:, None] ** order
 
-    def at(self, eta: float) -> Branch:
-        """Interpolate the branch at a height.
-
-        Raises
-        ------
-        ArgumentError
-            If it lies outside.
-        """
-        position = (2.0 * eta - self.low - self.high) / (self.high - self.low)
-        if not abs(position) <= 1.0 + 1e-12:
-            raise ArgumentError(f"eta must lie in [{self.low:.6g}, {self.high:.6g}], got {eta!r}")
-        row = self._row(np.array([eta]))[0]
-        marks, values = row @ self._series[0], np.tensordot(row, self._series[1], axes=1)
-        bounds, x1_init = marks[:-1], float(marks[-1])
-        parts = [CubicSpline(x, y) for x, y in zip(_displacements(bounds), values, strict=True)]
-        return Branch(
-            reactions=joined(parts),
-            x0_lock=float(bounds[self.branches[0].lock]),
-            x1_init=x1_init,
-            bounds=bounds,
-            swings=self.branches[0].swings,
-        )
-
 
 def _displacements(bounds: FloatArray) -> FloatArray:
     """Points on each stretch, shape (stretches, KNOTS), close together near a limit point."""
@@ -156,17 +132,13 @@ class HeightRange:
 
     @property
     def swings(self) -> bool:
-        """Whether a tip that locks is dragged in the end; see `Branch`."""
+        """Whether a tip that locks is dragged in the end; see `Response`."""
         return all(part.branches[0].swings for part in self.parts)
 
     def part_of(self, eta: ArrayLike) -> IntArray:
         """Find the number of the part in which each height lies."""
         inner = [part.low for part in self.parts[1:]]
         return np.asarray(np.searchsorted(inner, eta, side="right"))
-
-    def at(self, eta: float) -> Branch:
-        """Interpolate the branch at a height of the range."""
-        return self.parts[int(self.part_of(eta))].at(eta)
 
     def states(self, eta: ArrayLike) -> "HeightStates":
         """States at heights, which are clipped to the range."""
@@ -185,14 +157,14 @@ class HeightRange:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeightStates(States):
-    """States of a rod, one height for each displacement; each field but `heights` is an array.
+    """States of a rod, one height for each displacement, or one for all.
 
     Attributes
     ----------
     eta : ndarray
         Heights (L).
     x0_pull, x0_lock, x0_end, x1_init : ndarray
-        As of a `Branch` (L).
+        As of a `Response` (L).
     """
 
     heights: HeightRange
@@ -202,10 +174,16 @@ class HeightStates(States):
     x0_end: FloatArray
     x1_init: FloatArray
 
+    @property
+    def bounds(self) -> FloatArray:  # type: ignore[override]
+        """Ends of the smooth stretches at the one height (L)."""
+        part = self.heights.parts[int(self.heights.part_of(self.eta))]
+        return part.landmarks(np.atleast_1d(self.eta))[0, :-1]
+
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
         """Differentiate the clamp reactions fx, fy and m over x0, shape x0.shape + (3,)."""
-        x0 = np.asarray(x0, dtype=float)
-        flat, eta = x0.ravel(), self.eta.ravel()
+        x0, heights = np.broadcast_arrays(np.asarray(x0, dtype=float), self.eta)
+        flat, eta = x0.ravel(), heights.ravel()
         found, of = np.empty((len(flat), 3)), self.heights.part_of(eta)
         for number, part in enumerate(self.heights.parts):
             on = np.flatnonzero(of == number)
@@ -288,12 +266,13 @@ def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
     where = f"for heights from {low:.6g} to {high:.6g} (in units of L)"
     if len({(len(one.bounds), one.lock, one.curve.end) for one in solved}) > 1:
         raise NoResponseError(f"{where} the kind of contact or the end of the curve changes")
-    if not _agrees(found.at(between), unseen, EXACT):
+    part = HeightRange(parts=(found,), below="", above="")
+    if not _agrees(part.states(between), unseen, EXACT):
         raise NoResponseError(f"{where} the rod's response is not resolved")
     return found
 
 
-def _agrees(found: Branch, solved: Branch, tolerance: float) -> bool:
+def _agrees(found: States, solved: Response, tolerance: float) -> bool:
     """Whether an interpolated branch agrees with the solved one up to the lock."""
     x = np.linspace(solved.x0_pull, solved.x0_lock, KNOTS)[1:-1]
     error = np.abs(found(found.clip(x)) - solved(x))

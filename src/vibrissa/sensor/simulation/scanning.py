@@ -195,7 +195,7 @@ def simulate(
         raise ArgumentError(f"kinetic_ratio must lie above 0 and up to 1, got {kinetic_ratio!r}")
     stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
     at, told = float(positions[0]), surface.told
-    start = stage.branch(at)
+    start = stage.at(at)
     retracts = law is SlipLaw.ENERGY or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
     if retracts and start.x0_pull == 0.0:
         raise ArgumentError(
@@ -204,7 +204,7 @@ def simulate(
         )
     known, message = _known(stage, positions, told)
     outcome = Outcome.HEIGHT if message else Outcome.COMPLETE
-    contact = start.x1_init + float(stage.along(at))
+    contact = start.contact(float(stage.along(at)), 0.0, 1)
     tip = Tip(stage=stage, contact=contact, mu0=float(surface(contact)))
     tips, swing = [tip], ""
     while True:
@@ -249,7 +249,7 @@ def _known(stage: Stage, positions: FloatArray, told: Callable[[float], str]) ->
 
 def _slid(tip: Tip, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
     """Position of the tip after its slip (L); NaN if the slip leaves the computed states."""
-    response, along = tip.stage.branch(clamp), float(tip.stage.along(clamp))
+    response, along = tip.stage.at(clamp), float(tip.stage.along(clamp))
     _, x0 = tip.stage.states(clamp, tip.contact, tip.side)
     rested = rest(response, surface, law, ratio, float(x0), along, tip.side)
     return response.contact(along, rested, tip.side)
@@ -258,7 +258,7 @@ def _slid(tip: Tip, clamp: float, surface: Surface, law: SlipLaw, ratio: float) 
 def _locks(tip: Tip, until: float, told: Callable[[float], str]) -> str:
     return (
         f"the tip locks at x = {told(tip.contact)}, where mu0 = {tip.mu0:.6g} and "
-        f"mu_lock = {tip.stage.branch(until).mu_lock:.6g}"
+        f"mu_lock = {tip.stage.at(until).mu_lock:.6g}"
     )
 
 

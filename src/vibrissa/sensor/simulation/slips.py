@@ -14,7 +14,7 @@ from scipy.special import comb
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.roots import first_fall
-from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.response.branch import States
 from vibrissa.sensor.surfaces import Surface
 
 # Relative rounding of a demand that mobilises all friction.
@@ -60,7 +60,7 @@ COEFFICIENTS = np.linalg.inv(_bernstein(NODES))
 
 
 def rest(
-    response: Branch,
+    response: States,
     surface: Surface,
     law: SlipLaw,
     ratio: float,
@@ -103,7 +103,7 @@ def rest(
 
 
 def _slide(
-    response: Branch,
+    response: States,
     surface: Surface,
     law: SlipLaw,
     ratio: float,
@@ -127,7 +127,7 @@ def _slide(
         force = ahead * fx + ratio * surface(contact + onward * way) * fy
         return BPoly(COEFFICIENTS @ force.T, breaks)
 
-    longest = x0 - response.x0_pull if ahead < 0.0 else response.x0_end - x0
+    longest = abs(float(response.clip(ahead * np.inf)) - x0)
     surface_end = surface.stop if onward > 0.0 else surface.start
     known = min(longest, max(onward * (surface_end - contact), nothing))
     for part in PARTS:
