@@ -122,7 +122,7 @@ def test_without_names_the_numbers_are_in_the_setup_file(tmp_path):
         ({"tip": "-1 mm"}, "tip: input should be greater than or equal to 0"),
         ({"safety": 0.5}, "safety: input should be greater than or equal to 1"),
         ({"load": 1.5}, "load: input should be less than 1"),
-        ({"steps": np.inf}, "steps: input should be a finite number"),
+        ({"steps": np.inf}, "steps must be a number, got 'inf'"),
         ({"spacing": "0 mm"}, "spacing: input should be greater than 0"),
         ({"density": "-1 kg/m^3"}, "density: input should be greater than 0"),
         ({"contact": "plane"}, "contact: input should be 'point' or 'line', got 'plane'"),

@@ -27,7 +27,6 @@ FRICTIONS = 5
 SIZES = ("theta", "eta", "diameter", "length")
 SOLD = {"theta": choices.TAPERS, "diameter": choices.DIAMETERS, "length": choices.LENGTHS}
 
-Positive = Annotated[float, Field(gt=0.0)]
 Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Least = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Factor = Annotated[float, Field(ge=1.0, allow_inf_nan=False), Kind.NUMBER]
@@ -63,7 +62,7 @@ class Requirements(Keyed):
     """Least number of steps in a period of sticking."""
     load: Annotated[Part, Kind.NUMBER] = 0.8
     """Largest part of the transducer's range that is used."""
-    spacing: Annotated[Positive, Kind.LENGTH] = np.inf
+    spacing: Annotated[Size, Kind.LENGTH] = np.inf
     """Largest clamp travel between two measurements: '5 mm'."""
     setup: Setup
 
@@ -75,7 +74,7 @@ class Requirements(Keyed):
         ----------
         **asked
             Fields of requirements and of a `Setup`, None for the default. Quantities are text with
-            a unit, or numbers in SI units. ``theta``, ``eta``, ``diameter`` and ``length`` are a
+            a unit. ``theta``, ``eta``, ``diameter`` and ``length`` are a
             value, a list, ``"0.8 mm, 1 mm"``, or a range, ``"20 to 100 mm"``, of what can be had.
 
         Raises
@@ -98,8 +97,6 @@ class Requirements(Keyed):
     @classmethod
     def _read_choices(cls, value: Any, info: ValidationInfo) -> Any:
         name = str(info.field_name)
-        if isinstance(value, float | int):
-            return (value,)
         if not isinstance(value, str):
             return value
         if name == "eta":

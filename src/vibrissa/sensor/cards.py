@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Self
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.keys import Keyed, read_keys
+from vibrissa.sensor.keys import Keyed, read_keys, with_options
 
 
 class Card(Keyed):
@@ -38,7 +38,7 @@ class Card(Keyed):
         """
         if name.lower().endswith(".toml"):
             path = Path(name)
-            card = {"name": path.stem, "source": name} | read_keys(path)
+            card = {"name": path.stem, "source": name} | with_options(read_keys(path), {})
             return cls.validated(card, path, cls.model_fields)
         if name.lower() not in presets:
             raise ArgumentError(

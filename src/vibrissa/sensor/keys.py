@@ -48,11 +48,8 @@ class Keyed(BaseModel):
         ArgumentError
             With a line for each key or value that is not allowed.
         """
-        # A number of a file is text without a unit.
-        texts = {name: str(value) for name, value in given.items() if type(value) in (int, float)}
-        of_file = {name: text for name, text in texts.items() if name in keys}
         try:
-            return cls.model_validate({**given, **of_file})
+            return cls.model_validate(given)
         except ValidationError as error:
             lines = [_line(each, cls) for each in error.errors()]
             places = [f"{path}: " if _key(each) in keys else "" for each in error.errors()]
@@ -114,6 +111,8 @@ def with_options(
 ) -> dict[str, Any]:
     """Combine the keys of a file with options, which override them; an option None is not given.
 
+    A number becomes text: a quantity without a unit.
+
     Parameters
     ----------
     either : iterable of sequence of str
@@ -124,7 +123,10 @@ def with_options(
     for name, value in keys.items():
         if isinstance(value, Mapping) and isinstance(given.get(name), Mapping):
             given[name] = {**value, **given[name]}
-    return {name: value for name, value in keys.items() if name not in replaced} | given
+    every = {name: value for name, value in keys.items() if name not in replaced} | given
+    return {
+        name: str(value) if type(value) in (int, float) else value for name, value in every.items()
+    }
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

@@ -104,14 +104,14 @@ def test_a_leading_zero_is_before_decimals():
         (lambda lines: [*lines, "0,05;1", *lines[1:]], "line 6: 2 values, but line 2 has 3"),
         (lambda lines: [*lines, "0,05;1;2;3", *lines[1:], "1"], "6: 4 values.*\n.*11: 1 value,"),
         (lambda lines: [*lines, "Pause;;", *lines[1:]], "line 6: footpoint .* got 'Pause'"),
-        (lambda lines: ["Weg;Fx", *lines[1:]], "the columns are: #1 to #3, without titles"),
-        (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "without titles .--titles names another line"),
+        (lambda lines: ["Weg;Fx", *lines[1:]], "the columns are: #1, #2, #3 .--titles"),
+        (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "#2, #3 .--titles names another line"),
         (lambda lines: lines[1:], "no column Weg"),
         (lambda lines: lines[:2], "no table of 2 columns and 3 rows"),
         (lambda lines: ["Weg;Fx;Fx", *lines[1:]], "several columns are called Fx"),
         (
             lambda lines: [line.replace(";", ",") for line in lines],
-            "the columns are: #1 to #6, without titles",
+            "the columns are: #1, #2, #3, #4, #5, #6 ",
         ),
         (
             lambda lines: [*lines, *lines[1:], '0,05;"1;2', *lines[1:]],

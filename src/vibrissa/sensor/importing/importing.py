@@ -7,7 +7,7 @@ import numpy as np
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import BoolArray
 from vibrissa.sensor.identification.ends import FEWEST
-from vibrissa.sensor.importing.layout import Layout, decoded, layout_of
+from vibrissa.sensor.importing.layout import KINDS, FileColumn, Layout, decoded, layout_of
 from vibrissa.sensor.importing.preparing import (
     Values,
     Zero,
@@ -17,7 +17,6 @@ from vibrissa.sensor.importing.preparing import (
     zeros_of,
 )
 from vibrissa.sensor.importing.settings import Place, Settings
-from vibrissa.sensor.importing.titles import KINDS, FileColumn, column_of
 from vibrissa.sensor.quantities import Units, wished_units
 from vibrissa.sensor.series import Column, Tabular, listed, numbers
 from vibrissa.sensor.transducer import CHANNELS
@@ -133,7 +132,7 @@ def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, File
     for target in KINDS:
         source = settings.column.get(target, target)
         try:
-            one = None if target in settings.made else column_of(layout, target, source)
+            one = None if target in settings.made else layout.column(target, source)
         except ArgumentError as error:
             errors.append(str(error))
             continue
@@ -150,7 +149,7 @@ def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, File
             "'force_x=title [N]'"
         )
     if errors:
-        there = ", ".join(layout.titles) or f"#1 to #{layout.cells.shape[1]}, without titles"
+        there = ", ".join(layout.titles)
         errors.append(f"the columns are: {there} (--titles names another line of titles)")
     errors = [f"{name}: {error}" for error in errors]
     cells = {target: layout.cells[one.number] for target, one in found.items()}

@@ -1,4 +1,4 @@
-"""The layout of a laboratory's text file: separator, decimal sign, titles, units, rows of numbers.
+"""The layout of a laboratory's text file: separator, decimal sign, columns and their units.
 
 The best separator turns the largest part of the cells into numbers.
 """
@@ -8,11 +8,12 @@ import csv
 import re
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from vibrissa.errors import RecordingError
-from vibrissa.sensor.importing.titles import NO_UNIT, is_unit
+from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, unit_size
 from vibrissa.sensor.series import MISSING, NUMBER, lines_of, split
+from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 
 if TYPE_CHECKING:
@@ -33,6 +34,36 @@ SAMPLE = 1000
 FEWEST_ROWS, FEWEST_COLUMNS = 3, 2
 # LabVIEW's title of a column that its rows do not have.
 REMARKS = "Comment"
+# Columns of a recording and what they measure.
+KINDS = {
+    "time": Kind.TIME,
+    "footpoint": Kind.LENGTH,
+    **dict(zip(CHANNELS, CHANNEL_KINDS, strict=True)),
+}
+# In a row of units: none, or of what a recording does not have.
+NO_UNIT = ("", "-", "1", "%", "V", "mV", "°C", "K")
+# Fz [mN], Fz (mN), Fz / mN, Fz in mN; Fz_mN and Fz mN if that is a unit of what it must measure.
+TITLE = re.compile(
+    r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\)|/\s*(?P<per>\S+)"
+    r"|\bin\s+(?P<word>\S+))"
+)
+ENDING = re.compile(r"(.+)[_ ]([^\s_]+)")
+# The column of an option: -Fz [mN].
+SOURCE = re.compile(r"(-?)\s*(.*?)\s*(?:\[([^\[\]]*)\])?")
+
+
+class FileColumn(NamedTuple):
+    """A column of a file: its number from 0, title, unit, and the factor to SI units."""
+
+    number: int
+    title: str
+    unit: str
+    factor: float
+
+    @property
+    def note(self) -> str:
+        """Report of how the column is read."""
+        return f"{'minus ' * (self.factor < 0.0)}{self.title} in {self.unit}"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -42,7 +73,7 @@ class Layout:
     Attributes
     ----------
     titles, units : list of str
-        One for each column; no titles, or no units, where the file has none.
+        One for each column; without titles their numbers, #1 for the first, without units empty.
     cells : DataFrame
         Cells of the rows as texts; the index is their lines.
     """
@@ -52,6 +83,65 @@ class Layout:
     cells: "DataFrame"
     decimal: str
     notes: tuple[str, ...]
+
+    def column(self, target: str, source: str) -> FileColumn | None:
+        """Find the column of a channel, and its unit; None if there is none.
+
+        Parameters
+        ----------
+        source : str
+            What it is called: ``force_x``, ``-Fz [mN]``, or ``#3`` for the third one.
+
+        Raises
+        ------
+        ArgumentError
+            If several columns are called so, or its unit is missing or measures something else.
+        """
+        kind = KINDS[target]
+        minus, name, told = SOURCE.fullmatch(source.strip()).groups(default="")  # type: ignore[union-attr]
+        names = [
+            {title.casefold(), title_of(title, kind)[0].casefold(), f"#{number}"}
+            for number, title in enumerate(self.titles, 1)
+        ]
+        found = [number for number, title in enumerate(self.titles) if title == source]
+        found = found or [number for number, each in enumerate(names) if name.casefold() in each]
+        if len(found) > 1:
+            raise ArgumentError(f"several columns are called {name}: give its number, as in #1")
+        if not found:
+            return None
+        title = self.titles[found[0]]
+        unit = told.strip() or title_of(title, kind)[1] or self.units[found[0]].strip("[]() ")
+        if not unit:
+            raise ArgumentError(
+                f'column {title} has no unit: add it, as in --column "{target}={name} [{kind.si}]"'
+            )
+        size = float(unit_size(unit, kind))
+        if not size:
+            raise ArgumentError(
+                f"column {title} must have a unit of {kind}, such as {kind.si}, got {unit!r}"
+            )
+        return FileColumn(found[0], title, unit, -size if minus else size)
+
+
+def title_of(text: str, kind: Kind) -> tuple[str, str]:
+    """Split a title into the name of a column and its unit, which is empty if there is none.
+
+    Examples
+    --------
+    >>> title_of("Fx_mN", Kind.FORCE)
+    ('Fx', 'mN')
+    """
+    if parts := TITLE.fullmatch(text):
+        unit = parts["square"] or parts["round"] or parts["per"] or parts["word"] or ""
+        return parts["name"], unit.strip()
+    parts = ENDING.fullmatch(text)
+    return (parts[1], parts[2]) if parts and unit_size(parts[2], kind) else (text, "")
+
+
+def is_unit(cell: str) -> bool:
+    """Whether a cell is a unit of a channel, or a mark for "no unit"."""
+    unit = cell.strip("[]() ")
+    return unit in NO_UNIT or any(unit_size(unit, kind) for kind in KINDS.values())
 
 
 def decoded(data: bytes, name: str) -> str:
@@ -112,8 +202,8 @@ def layout_of(
     head += f", units in line {units_at}" if units_at else ""
     size = f"{counted(len(cells), 'row')} from line {first} on"
     return Layout(
-        titles=heads.get(titles_at, []),
-        units=heads.get(units_at, []),
+        titles=heads.get(titles_at, [f"#{number}" for number in range(1, cells.shape[1] + 1)]),
+        units=heads.get(units_at, [""] * cells.shape[1]),
         cells=cells,
         decimal=decimal,
         notes=(

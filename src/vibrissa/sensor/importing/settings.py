@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.importing.titles import KINDS
+from vibrissa.sensor.importing.layout import KINDS
 from vibrissa.sensor.keys import Keyed
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.transducer import CHANNELS
