@@ -194,11 +194,11 @@ def test_the_scans_are_presets_with_names_of_figures_and_the_tables_rows(study_t
     figures = {
         f"Figure {key[3:]}": figure.params()["selection"] for key, figure in paper.figures.items()
     }
-    found = motion(study_tables, figures)
+    presets, _ = motion(study_tables, figures)
     rows = study_tables["scans"].to_pandas()
-    names = [preset.name.partition(":")[0] for preset in found.presets]
+    names = [preset.name.partition(":")[0] for preset in presets]
     assert sorted(names) == [f"Figure {name}" for name in ("3", "4a", "4b", "4c", "5a", "5c")]
-    for preset in found.presets:
+    for preset in presets:
         theta, mu0 = (preset.settings[name] for name in ("theta", "mu0"))
         chosen = rows[(rows["theta"] == theta) & (rows["mu0"] == mu0)]
         assert list(preset.recording.clamp) == pytest.approx(chosen["footpoint"].to_list())
@@ -206,10 +206,10 @@ def test_the_scans_are_presets_with_names_of_figures_and_the_tables_rows(study_t
             values = chosen[f"reaction_{name}"].to_list()
             assert list(getattr(preset.recording, name)) == pytest.approx(values, abs=0.51e-5)
         assert (preset.settings["contact"], preset.settings["section"]) == ("point", "round")
-    assert motion(study_tables, {}).presets[0].name.startswith("Nine cycles: θ = ")
+    assert motion(study_tables, {})[0][0].name.startswith("Nine cycles: θ = ")
     other = {b"vibrissa.study": b"{study: a, contact: line, section: planar}"}
     scans = study_tables["scans"].replace_schema_metadata(other)
-    settings = motion({"scans": scans}, {}).presets[0].settings
+    settings = motion({"scans": scans}, {})[0][0].settings
     assert (settings["contact"], settings["section"]) == ("line", "planar")
 
 
@@ -217,15 +217,15 @@ def test_scans_that_the_page_cannot_repeat_are_counted(study_tables, monkeypatch
     scans = study_tables["scans"]
     tilted, steep = changed(scans, clamp_angle=0.1), changed(scans, theta=30.0, scan="steep")
     both = scans.from_batches([*scans.to_batches(), *tilted.to_batches(), *steep.to_batches()])
-    found = motion({"scans": both}, {})
-    assert len(found.presets) == 6 and "Not offered: 8 scans" in found.note
+    presets, note = motion({"scans": both}, {})
+    assert len(presets) == 6 and "Not offered: 8 scans" in note
     monkeypatch.setattr(motions, "MOST_SCANS", 2)
     monkeypatch.setattr(motions, "MOST_ROWS", 60)
-    found = motion(study_tables, {})
-    assert len(found.presets) == 2 and "Not offered: 4 scans" in found.note
-    assert all(len(preset.recording.clamp) == 30 for preset in found.presets)
-    alone = motion({"scans": tilted}, {})
-    assert alone.presets == (*PAPER, *MOUNTED) and "6 scans" in alone.note
+    presets, note = motion(study_tables, {})
+    assert len(presets) == 2 and "Not offered: 4 scans" in note
+    assert all(len(preset.recording.clamp) == 30 for preset in presets)
+    presets, note = motion({"scans": tilted}, {})
+    assert presets == (*PAPER, *MOUNTED) and "6 scans" in note
 
 
 def test_tables_have_the_corners_of_grids_and_say_once_what_is_the_same(study_tables):

@@ -1,7 +1,6 @@
 """Scans of a study as presets of the explorer, which solves them again."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -26,36 +25,27 @@ COLUMNS = {"clamp": "footpoint", "fx": "reaction_fx", "fy": "reaction_fy", "m": 
 Selections: TypeAlias = Mapping[str, Mapping[str, Any]]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Motion:
-    """Presets of the explorer in a report, their kind, and a note on omitted scans."""
-
-    what: str
-    presets: tuple[Preset, ...]
-    note: str
-
-
-def motion(found: Mapping[str, Readable], figures: Selections) -> Motion:
-    """Choose the presets of the explorer in the report of a study.
+def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Preset, ...], str]:
+    """Choose the presets of the explorer in the report of a study, with a note on omitted scans.
 
     It offers the first `MOST_SCANS` scans that are mounted as in the paper and within the range of
     the page's fields, thinned out, each named by the figure that shows the least; or else the
     explorer's own presets.
     """
     scans = _solved(found["scans"]) if "scans" in found else []
-    others = _others(found["scans"]) if scans else {}
-    fitting = [rows for rows in scans if _is_ideal(rows) and fits(_settings(rows, others))]
-    offered = fitting[:MOST_SCANS]
+    shared = _shared(found["scans"]) if scans else {}
+    settings = [_settings(rows, shared) for rows in scans]
+    offered = [
+        (rows, given)
+        for rows, given in zip(scans, settings, strict=True)
+        if fits(given) and not rows[list(MOUNTING_AXES)].any(axis=None)
+    ][:MOST_SCANS]
     lost = len(scans) - len(offered)
     why = f"they are mounted in another way, beyond the fields, or more than {MOST_SCANS}"
     note = f"Not offered: {counted(lost, 'scan')}, as {why}." if lost else ""
-    if not offered:
-        return Motion(what="a figure of the paper", presets=(*PAPER, *MOUNTED), note=note)
-    presets = tuple(
-        _preset(rows, _settings(rows, others), MOST_ROWS // len(offered), figures)
-        for rows in offered
-    )
-    return Motion(what="a scan of the study", presets=presets, note=note)
+    most = MOST_ROWS // max(len(offered), 1)
+    presets = tuple(_preset(rows, given, most, figures) for rows, given in offered)
+    return presets or (*PAPER, *MOUNTED), note
 
 
 def _solved(scans: Readable) -> list[pd.DataFrame]:
@@ -66,11 +56,7 @@ def _solved(scans: Readable) -> list[pd.DataFrame]:
     return [scan for _, scan in groups]
 
 
-def _is_ideal(scan: pd.DataFrame) -> bool:
-    return not scan[list(MOUNTING_AXES)].any(axis=None)
-
-
-def _others(table: Readable) -> dict[str, float | str]:
+def _shared(table: Readable) -> dict[str, float | str]:
     """Fields of the page that the whole study has in common."""
     study = yaml.safe_load((table.schema.metadata or {}).get(b"vibrissa.study", b"")) or {}
     kinds = {"contact": Contact.POINT.value, "section": RodSection.ROUND.value}
@@ -78,8 +64,8 @@ def _others(table: Readable) -> dict[str, float | str]:
     return {**chosen, "law": "free", "units": "none", **IDEAL}
 
 
-def _settings(scan: pd.DataFrame, others: Mapping[str, float | str]) -> dict[str, float | str]:
-    return {**{name: float(scan.iloc[0][name]) for name in POINT}, **others}
+def _settings(scan: pd.DataFrame, shared: Mapping[str, float | str]) -> dict[str, float | str]:
+    return {**{name: float(scan.iloc[0][name]) for name in POINT}, **shared}
 
 
 def _preset(

@@ -79,6 +79,7 @@ def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture
     claims = facts.claim_rows(found["claims"]) if "claims" in found else []
     parts = reproduced(gather(found, about.claims)) if about.claims else []
     open_verdicts = (Verdict.CONTRADICTED, Verdict.AMBIGUOUS)
+    presets, omitted = motion(found, {picture.name: picture.selection for picture in pictures})
     return _template().render(
         about=about,
         title=paper.TITLE if about.claims else about.title,
@@ -99,7 +100,8 @@ def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture
             key=lambda row: open_verdicts.index(row["verdict"]),
         ),
         settled=[row for row in claims if row["verdict"] not in open_verdicts],
-        moves=motion(found, {picture.name: picture.selection for picture in pictures}),
+        presets=presets,
+        omitted=omitted,
         explorer=explorer,
         tables=tables.sections(found),
         origins=facts.origins(found),

@@ -37,6 +37,12 @@ COMPARISONS = (
     *(*COMPARED, "status_point", "status_line", "x0_slip_point", "x0_slip_line"),
     *("mu_lock_point", "mu_lock_line", "penetrates"),
 )
+# Tables of which the corners and the middle of each grid are shown: the column with its name, its
+# axes, and the columns that are shown.
+CORNERS = {
+    "stiction": ("grid", POINT, STICTION),
+    "comparisons": ("comparison", COMPARED, COMPARISONS),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,36 +71,28 @@ class Section:
 
 def sections(found: Mapping[str, Readable]) -> list[Section]:
     """Key rows of each of a study's tables, by name, that the page shows."""
-    shown = {"stiction": _stiction, "scans": _scans, "states": _states, "comparisons": _comparisons}
-    return [
-        section
-        for name, table in found.items()
-        if name in shown and query.count(table)
-        for section in shown[name](table)
-    ]
+    shown: list[Section] = []
+    for name, table in found.items():
+        if not query.count(table):
+            continue
+        if name in CORNERS:
+            shown += _corners(table, *CORNERS[name])
+        elif name == "scans":
+            shown.append(_scans(table))
+        elif name == "states":
+            rows = query.frame(table, STATES)
+            shown.append(_section(table, rows, STATES, "Single states"))
+    return shown
 
 
-def _stiction(table: Readable) -> list[Section]:
-    return _corners(table, "grid", POINT, STICTION)
-
-
-def _comparisons(table: Readable) -> list[Section]:
-    return _corners(table, "comparison", COMPARED, COMPARISONS)
-
-
-def _states(table: Readable) -> list[Section]:
-    rows = query.frame(table, STATES)
-    return [_section(table, rows, STATES, "Single states")]
-
-
-def _scans(table: Readable) -> list[Section]:
+def _scans(table: Readable) -> Section:
     """Cycles, largest x0, and least and greatest load on the clamp of each scan."""
     rows = query.frame(table, SCANS)
     loads = {name: _range for name in REACTIONS}
     kept = {"status": "first", "cycle": "max", "x0": "max", **loads}
     scans = rows.groupby(list(SCAN), sort=False).agg(kept).reset_index()
     note = "cycle, x0: the largest; Fx, Fy, M: the least and the greatest."
-    return [_section(table, scans, SCANS, "Scans", note)]
+    return _section(table, scans, SCANS, "Scans", note)
 
 
 def _range(values: pd.Series) -> str:
@@ -109,11 +107,11 @@ def _corners(
     values: dict[str, dict[str, set[float]]] = {}
     # Part by part: the table may be long.
     for part in query.parts(table, [source, *axes]):
-        for name in pc.unique(part.column(source)).to_pylist():
-            points = part.filter(pc.field(source) == name)
+        distinct = part.group_by(source).aggregate([(axis, "distinct") for axis in axes])
+        for row in distinct.to_pylist():
+            seen = values.setdefault(row[source], {axis: set() for axis in axes})
             for axis in axes:
-                seen = values.setdefault(name, {}).setdefault(axis, set())
-                seen.update(pc.unique(points.column(axis)).to_pylist())
+                seen[axis].update(row[f"{axis}_distinct"])
     shown = []
     for name, found in sorted(values.items()):
         where = [query.one_of(*axis) for axis in _key_values(found).items()]

@@ -10,7 +10,7 @@ from vibrissa.mechanics.bending import Bending
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.series import Column, Tabular
-from vibrissa.sensor.strain import strains_until
+from vibrissa.sensor.strain import largest_strain
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, onset_on
 
@@ -26,8 +26,6 @@ class WhiskerOnset(Tabular):
     ----------
     onset : Onset
         Nondimensional.
-    strain : float
-        Largest strain at the onset (d0/L); NaN unless the tip slips.
     most : Bending or None
         Largest strain of the whole period and its place; None unless the tip slips.
     whisker : Whisker
@@ -36,7 +34,6 @@ class WhiskerOnset(Tabular):
     """
 
     onset: Onset
-    strain: float
     most: Bending | None
     whisker: Whisker
     yield_strain: float | None = None
@@ -91,7 +88,7 @@ class WhiskerOnset(Tabular):
             yield "x0_max", onset.x0_max, Kind.LENGTH, "clamp travel at the last sticking step"
 
     def _strains(self, most: Bending) -> dict[str, Column]:
-        """Strain at the onset; the largest one, its place and its part of the yield strain."""
+        """Largest strain while sticking, its place and its part of the yield strain."""
         units, unit, slenderness = self.units, "d0/L", 1.0
         if units.rod is not None:
             unit, slenderness = "1", units.rod.base_diameter / units.rod.length
@@ -99,7 +96,6 @@ class WhiskerOnset(Tabular):
         place = float(most.place[0]) * units.unit(Kind.LENGTH)
         length = units.name(Kind.LENGTH)
         columns = {
-            "strain": Column([self.strain * slenderness], unit, "largest strain at the onset"),
             "strain_most": Column([largest], unit, "largest strain while sticking"),
             "strain_place": Column([place], length, "distance of that place from the clamp"),
         }
@@ -151,9 +147,6 @@ def solve(
     dx0 = None if step is None else units.read_positive(step, Kind.LENGTH, "step")
     friction = units.read_positive(mu0, Kind.NUMBER, "mu0")
     onset = onset_on(whisker.curve, friction, dx0, lambda x0: units.spelled(x0, Kind.LENGTH))
-    strain, most = np.nan, None
-    if onset.status is Status.SLIP:
-        strain, most = strains_until(whisker.curve, onset.x0_slip)
-    return WhiskerOnset(
-        onset=onset, strain=strain, most=most, whisker=whisker, yield_strain=yield_strain
-    )
+    slips = onset.status is Status.SLIP
+    most = largest_strain(whisker.curve, onset.x0_slip) if slips else None
+    return WhiskerOnset(onset=onset, most=most, whisker=whisker, yield_strain=yield_strain)

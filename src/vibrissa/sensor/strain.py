@@ -29,16 +29,10 @@ def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bend
     return measure(theta, f, alpha, x_c, y_c, s_c, curves[0].mounting)
 
 
-def strains_until(curve: StickingCurve, end: float) -> tuple[float, Bending]:
-    """Largest strain at the end of a period of sticking (d0/L), and in the whole period.
-
-    Parameters
-    ----------
-    end : float
-        Displacement x0 at which the period ends (L).
-    """
+def largest_strain(curve: StickingCurve, end: float) -> Bending:
+    """Find the largest strain in a period of sticking that ends at a displacement (L)."""
     found = strains_in([curve], [np.linspace(0.0, end, STATES)])
-    return float(found.strain[-1]), found.take(np.atleast_1d(found.strain.argmax()))
+    return found.take(np.atleast_1d(found.strain.argmax()))
 
 
 @dataclass(frozen=True, kw_only=True)
