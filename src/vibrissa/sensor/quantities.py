@@ -69,8 +69,7 @@ class Kind(StrEnum):
         ArgumentError
             If it is no such quantity.
         """
-        read = SI_UNITS.read if self is Kind.NUMBER else in_si
-        return float(read(text, self, what))
+        return float(in_si(text, self, what))
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: "GetCoreSchemaHandler"
@@ -220,6 +219,8 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
     >>> print(in_si("85 mm", Kind.LENGTH, "eta"))
     0.085
     """
+    if kind is Kind.NUMBER and is_number(text):
+        return _checked(exact(text), what)
     parts = NUMBER_AND_UNIT.fullmatch(text.strip())
     size = unit_size(parts[2], kind) if parts else Decimal(0)
     if parts is None or not size:
@@ -287,7 +288,7 @@ def channels_in_si(text: str, what: str) -> list[float]:
     ArgumentError
         If there are not three values, or one of them is no such quantity.
     """
-    return [float(in_si(part, kind, what)) for part, kind in channels_of(text, what)]
+    return [kind.read(part, what) for part, kind in channels_of(text, what)]
 
 
 def wished_units(*given: object) -> dict[Kind, str]:
@@ -338,7 +339,7 @@ class Units:
 
     def unit(self, kind: Kind) -> float:
         """Return the dimensionless unit in SI units."""
-        if kind in (Kind.NUMBER, Kind.ANGLE) or self.rod is None:
+        if self.rod is None:
             return 1.0
         return {
             Kind.LENGTH: self.rod.length_unit,
@@ -346,7 +347,7 @@ class Units:
             Kind.MOMENT: self.rod.moment_unit,
             Kind.COMPLIANCE: 1.0 / self.rod.moment_unit,
             Kind.CURVATURE: 1.0 / self.rod.length_unit,
-        }[kind]
+        }.get(kind, 1.0)
 
     @property
     def channels(self) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 from vibrissa.errors import ArgumentError, UnknownNameError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.keys import suggestion
-from vibrissa.sensor.quantities import Kind, Quantity, Units, in_si, is_number
+from vibrissa.sensor.quantities import Kind, Quantity, Units, is_number
 
 if TYPE_CHECKING:
     from vibrissa.sensor.whisker import Whisker
@@ -119,7 +119,7 @@ def _read(units: Units, name: str, size: Quantity, whisker: "Whisker | None") ->
             raise ArgumentError(f"{what} is {size}, but {name} is 0 or not known: give a size")
         return part if one.relative else part * value
     if one.relative and value and not is_number(text):
-        return float(in_si(text, one.kind, what)) / value
+        return one.kind.read(text, what) / value
     return float(units.read(text, Kind.NUMBER if one.relative else one.kind, what))
 
 
@@ -136,10 +136,7 @@ def _value(whisker: "Whisker | None", name: str) -> float:
 
 def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
     """Return default tolerances."""
-    found = {
-        name: one.default(1.0 if one.relative else units.unit(one.kind), noise)
-        for name, one in TOLERABLE.items()
-    }
+    found = {name: one.default(units.unit(one.kind), noise) for name, one in TOLERABLE.items()}
     return {name: size for name, size in found.items() if np.isfinite(size)}
 
 

@@ -18,7 +18,6 @@ from vibrissa.sensor.quantities import (
     Kind,
     Measured,
     Units,
-    in_si,
     wished_units,
 )
 from vibrissa.sensor.transducer import CHANNELS, Transducer
@@ -215,7 +214,7 @@ def _zeros(table: series.Table) -> dict[str, str]:
 def _time_unit(table: series.Table) -> float:
     """Give the unit of the column time in seconds; NaN where there is none."""
     unit = table.units.get("time")
-    return np.nan if unit is None else float(in_si(f"1 {unit}", Kind.TIME, f"{table.source}: time"))
+    return np.nan if unit is None else Kind.TIME.read(f"1 {unit}", f"{table.source}: time")
 
 
 def units_of(source: "Path | DataFrame") -> Units:

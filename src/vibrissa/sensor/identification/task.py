@@ -14,7 +14,7 @@ from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter,
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
 from vibrissa.sensor.identification.slips import Slipped, slipped
 from vibrissa.sensor.identification.slope import Slope
-from vibrissa.sensor.quantities import Kind, Quantity, Units, in_si
+from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.tolerances import (
     assumed_tolerances,
     read_tolerances,
@@ -215,7 +215,7 @@ def in_samples(recording: Recording, text: str | None, what: str) -> float:
     """Read a time as a number of samples; 0 where none is given."""
     if text is None:
         return 0.0
-    time = float(in_si(text, Kind.TIME, what))
+    time = Kind.TIME.read(text, what)
     if time < 0.0:
         raise ArgumentError(f"{what} must not be negative, got {text!r}")
     if np.isnan(recording.interval):
