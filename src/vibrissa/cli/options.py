@@ -109,8 +109,8 @@ def _options(panels: Panels, fields: Mapping[str, FieldInfo], file: str) -> dict
 
 def _annotation(name: str, field: FieldInfo, panel: str) -> Any:
     """Describe an option by its field; pydantic validates its value."""
-    # What is measured is described in the units that a user writes.
-    measured = any(isinstance(mark, Kind) for mark in field.metadata)
+    # What has a unit is described in the units that a user writes.
+    measured = any(isinstance(mark, Kind) and mark is not Kind.NUMBER for mark in field.metadata)
     shown = str(field.default) if isinstance(field.default, str | float) and not measured else False
     written = f"--{(field.alias or name).replace('_', '-')}"
     if get_origin(field.annotation) is dict:  # each time one of its keys
