@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import reference
+from responses import respond
 from vibrissa import Mounting, solve_curve, solve_onset, solve_state
 from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
 from vibrissa.design.limits import GRAVITY
@@ -13,7 +14,7 @@ from vibrissa.design.pairs import survey
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sensor import Whisker, identify, preset, respond, scan, surfaces
+from vibrissa.sensor import Whisker, identify, preset, scan, surfaces
 from vibrissa.sensor.tolerances import TOLERABLE
 
 SENSOR = preset("nano17-si-12-0.12")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from responses import respond
 from validation.browser import CHROMIUM
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.explorer.__main__ import main
@@ -28,7 +29,6 @@ from vibrissa.explorer.page import (
     style,
 )
 from vibrissa.sensor import surfaces
-from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.slips import SlipLaw, rest
 
 needs_chromium = [

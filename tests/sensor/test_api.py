@@ -96,9 +96,9 @@ def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
     level = Whisker.read(2.0, "85 mm", **steel)
     ended = repr(scan(level, surfaces.constant(0.8), **asked))
     assert "with the clamp at 41.8 mm the rod buckles laterally" in ended
-    inclined = Whisker.read(2.0, "99.9 mm", stage_angle="-0.05 rad", **steel)
+    inclined = Whisker.read(2.0, "99.98 mm", stage_angle="-0.05 rad", **steel)
     ended = repr(scan(inclined, surfaces.constant(0.2), step="0.05 mm", to=["2 mm"]))
-    assert "the stage takes the clamp at 1.4 mm to the height 99.97 mm" in ended
+    assert "the stage takes the clamp at 0.25 mm to the height 99.9925 mm" in ended
     measured = surfaces.profile([0.0, 0.45], [0.3, 0.3])
     with pytest.raises(ArgumentError, match="known from x = 0 mm to 45 mm, but the tip"):
         scan(level, measured, step="1 mm", to=["60 mm"])

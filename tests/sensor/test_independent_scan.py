@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import independent_scan
+from responses import respond
 from vibrissa.sensor import surfaces
-from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import simulate
 
 # θ, η; φ1 and force near those at α = 0; a range of x0 from beyond the end of pulling to beyond

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import reference
+from responses import respond
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import NoResponseError
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor import SlipLaw, Whisker, identify, scan, surfaces
-from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.heights import EXACT, respond_over
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, path, simulate
 from vibrissa.sensor.stage import Stage

@@ -7,6 +7,7 @@ import pytest
 from scipy.interpolate import PPoly
 
 import reference
+from responses import respond
 from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.bending import measure
@@ -14,7 +15,7 @@ from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.response import heights
-from vibrissa.sensor.response.branch import respond, tabulated
+from vibrissa.sensor.response.branch import tabulated
 from vibrissa.sensor.response.heights import _agrees
 from vibrissa.sensor.strain import strains_in
 

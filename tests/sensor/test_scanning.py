@@ -6,11 +6,12 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
+from responses import respond
 from vibrissa import Mounting, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import RodSection
 from vibrissa.sensor import Whisker, scan, surfaces
-from vibrissa.sensor.response.branch import respond, tabulated
+from vibrissa.sensor.response.branch import tabulated
 from vibrissa.sensor.simulation import slips as slips_module
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw, rest

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from vibrissa.sensor.onset import solve as solve
     from vibrissa.sensor.quantities import Units as Units
     from vibrissa.sensor.response.branch import Response as Response
-    from vibrissa.sensor.response.branch import respond as respond
     from vibrissa.sensor.setup import Setup as Setup
     from vibrissa.sensor.simulation.scanning import SurfaceScan as SurfaceScan
     from vibrissa.sensor.simulation.scanning import path as path
@@ -54,7 +53,6 @@ _HOMES = {
     "identify": "identification.identify",
     "path": "simulation.scanning",
     "preset": "transducer",
-    "respond": "response.branch",
     "scan": "simulation.signals",
     "simulate": "simulation.scanning",
     "solve": "onset",

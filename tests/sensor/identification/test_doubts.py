@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from responses import respond
 from steel import NOISE, measured, recording_of
 from vibrissa.sensor import Whisker, identify, surfaces
 from vibrissa.sensor.identification.periods import Check, Grade, grades
-from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
 

@@ -7,13 +7,13 @@ import pytest
 from scipy import stats
 from typer.testing import CliRunner
 
+from responses import respond
 from steel import NOISE, measured, recording_of, write
 from vibrissa import Mounting
 from vibrissa.cli.app import app
 from vibrissa.errors import MixedColumnsError
 from vibrissa.sensor import Whisker, identify, surfaces
 from vibrissa.sensor.identification.goodness import Goodness
-from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 
 GIVEN = Whisker(theta=2.0, eta=0.85)

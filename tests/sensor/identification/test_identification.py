@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from responses import respond
 from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, STIFF, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
@@ -19,7 +20,6 @@ from vibrissa.sensor.identification.recording import (
     noise_of,
     read_recording,
 )
-from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
 

@@ -9,11 +9,11 @@ import pytest
 from typer.testing import CliRunner
 
 import plain_elastica
+from responses import respond
 from steel import recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, MixedColumnsError, RecordingError
 from vibrissa.sensor import PeriodStatus, Recording, Whisker, identify, surfaces
-from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 
 # 3 mN on a steel rod of 1 mm × 100 mm, steps of 20 µm.

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson
 
+from responses import respond
 from steel import NOISE, measured, recording_of
 from validation.sensor import laboratory
 from validation.sensor.laboratory import ROWS, Said, recorded
 from vibrissa.sensor import Method, Whisker, identify, surfaces
 from vibrissa.sensor.identification.slope import Slope
-from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 
 GIVEN = {"theta": 2.0, "eta": 0.85}

@@ -13,10 +13,9 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline, PPoly
 
 from vibrissa.errors import NoResponseError
-from vibrissa.mechanics.mounting import IDEAL, Mounting
+from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.splines import joined
-from vibrissa.outcomes import Contact, End, RodSection, Status
+from vibrissa.outcomes import End, Status
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import StickingCurve
@@ -148,44 +147,6 @@ class Response(States):
         return float(max(self.x0_pull, *excess.roots(extrapolate=False)))
 
 
-def respond(
-    theta: float,
-    eta: float,
-    contact: Contact | str = Contact.POINT,
-    mounting: Mounting = IDEAL,
-    section: RodSection | str = RodSection.ROUND,
-) -> Response:
-    """Solve and tabulate the response of one rod at one height.
-
-    Parameters
-    ----------
-    theta : float
-        Taper factor, at least 1.
-    eta : float
-        Height of the contact point, 0 < eta < 1 (L).
-    contact : str
-        ``point`` or ``line``, as in `vibrissa.solve_state`.
-    mounting : Mounting
-    section : str
-        ``round`` or ``planar``, as in `vibrissa.solve_curve`.
-
-    Raises
-    ------
-    NoResponseError
-        If the curve was not solved, or the stage is oblique.
-    ArgumentError
-        If an argument is out of range.
-    """
-    whisker = Whisker(
-        theta=theta,
-        eta=eta,
-        contact=Contact(contact),
-        section=RodSection(section),
-        mounting=mounting,
-    )
-    return responses([whisker])[0]
-
-
 def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Response]:
     """Solve and tabulate the responses of whiskers together, which differ in θ, η and mounting.
 
@@ -227,7 +188,11 @@ def tabulated(curve: StickingCurve) -> Response:
         x0 = np.append(piece.first_x0, states.x0[1:])
         loads = [states.reaction_fx, states.reaction_fy, states.reaction_m]
         parts.append(CubicSpline(x0, np.stack(loads, axis=-1)))
-    reactions = joined(parts)
+    reactions = PPoly(
+        np.concatenate([part.c for part in parts], axis=1),
+        np.concatenate([*(part.x[:-1] for part in parts), parts[-1].x[-1:]]),
+        extrapolate=False,
+    )
     kinks = [b.first_x0 for a, b in pairwise(pieces) if a.contact is not b.contact]
     # A curve that ends before a lock has its most there.
     x0_lock = curve.x0_lock if np.isfinite(curve.x0_lock) else float(reactions.x[-1])

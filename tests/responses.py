@@ -1,0 +1,15 @@
+"""Responses of rods without units."""
+
+from vibrissa.mechanics.mounting import IDEAL
+from vibrissa.outcomes import Contact, RodSection
+from vibrissa.sensor import Whisker
+
+
+def respond(theta, eta, contact="point", mounting=IDEAL, section="round"):
+    return Whisker(
+        theta=theta,
+        eta=eta,
+        contact=Contact(contact),
+        mounting=mounting,
+        section=RodSection(section),
+    ).response
