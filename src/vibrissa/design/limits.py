@@ -30,10 +30,16 @@ BEFORE_TOUCH = 1.1
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """A constraint on one rod or on many, with an upper or a lower bound."""
+    """A constraint on one rod or on many, with an upper or a lower bound.
+
+    ``strain``: largest strain of a period; ``lock``: μ_lock; ``tip``: diameter of the tip;
+    ``weight``: weight over the least normal force; ``touch``: displacement at which more than the
+    tip touches, over the longest period; a channel: its largest reaction; ``steps``: steps of the
+    shortest period; ``slips``: shortest period over a noticed slip; ``spacing``: largest clamp
+    travel between slips.
+    """
 
     name: str
-    meaning: str
     value: FloatArray
     bound: float
     kind: Kind = Kind.NUMBER
@@ -63,20 +69,16 @@ def _of_rod(
 ) -> Iterator[Limit]:
     """Limits of the material and of the rod's shape; `force` is E·I0/L² (N)."""
     theta, curve = pair.curve.theta, pair.curve
-    most = r.material.yield_strain / r.safety
-    yield Limit("strain", "largest strain of a period", pair.strain * d / length, most)
-    lock = LOCK_FACTOR * r.mu0[-1]
-    yield Limit("lock", "mu_lock", np.asarray(curve.mu_lock), lock, upper=False)
-    yield Limit("tip", "diameter of the tip", d / theta, r.tip, Kind.LENGTH, upper=False)
+    yield Limit("strain", pair.strain * d / length, r.material.yield_strain / r.safety)
+    yield Limit("lock", np.asarray(curve.mu_lock), LOCK_FACTOR * r.mu0[-1], upper=False)
+    yield Limit("tip", d / theta, r.tip, Kind.LENGTH, upper=False)
     if r.material.density is not None:
         volume = np.pi / 12.0 * (1.0 + 1.0 / theta + 1.0 / theta**2) * d**2 * length
         normal = np.abs(pair.reactions[:, 1]).min() * force
-        weight = r.material.density * GRAVITY * volume / normal
-        yield Limit("weight", "weight over the least normal force", weight, WEIGHT)
+        yield Limit("weight", r.material.density * GRAVITY * volume / normal, WEIGHT)
     if r.setup.contact is Contact.POINT:
-        what = "displacement at which more than the tip touches, over the longest period"
         touch = np.nan_to_num(curve.x0_touch, nan=np.inf) / pair.longest
-        yield Limit("touch", what, touch, BEFORE_TOUCH, upper=False)
+        yield Limit("touch", touch, BEFORE_TOUCH, upper=False)
 
 
 def _of_readings(
@@ -87,12 +89,10 @@ def _of_readings(
     largest = np.abs(pair.reactions).max(axis=0)
     channels = zip(CHANNELS, CHANNEL_KINDS, largest, r.largest, strict=True)
     for name, kind, reaction, most in channels:
-        yield Limit(name, f"largest {kind}", reaction * units[kind], r.load * most, kind)
+        yield Limit(name, reaction * units[kind], r.load * most, kind)
     shortest = np.nan_to_num(pair.x0_slip[0], nan=0.0)
-    steps = shortest * length / r.step
-    yield Limit("steps", "steps of the shortest period", steps, r.steps, upper=False)
+    yield Limit("steps", shortest * length / r.step, r.steps, upper=False)
     resolved = np.linalg.norm(pair.least_slope / r.noise[:2])
     slips = shortest * resolved * force / (np.sqrt(2.0) * JUMP)
-    yield Limit("slips", "shortest period over a noticed slip", slips, CLEARLY, upper=False)
-    what = "largest clamp travel between slips"
-    yield Limit("spacing", what, pair.longest * length, r.spacing, Kind.LENGTH)
+    yield Limit("slips", slips, CLEARLY, upper=False)
+    yield Limit("spacing", pair.longest * length, r.spacing, Kind.LENGTH)

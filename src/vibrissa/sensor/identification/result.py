@@ -6,7 +6,6 @@ most the variance of those of the ratio (Hausman, 1978).
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,10 +17,6 @@ from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
 from vibrissa.sensor.identification.uncertainty import common_deviation
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
-
-if TYPE_CHECKING:
-    pass
-
 
 # By so many standard deviations the means differ, and the frictions of one period.
 MEANS, ONE = 4.0, 6.0
