@@ -79,7 +79,7 @@ def test_lock_is_said_with_the_end_of_the_motion(response):
 
 
 def test_without_pulling_there_is_no_lower_limit():
-    response = tabulated(replace(solve_curve(2.0, 0.85), pulled=()))
+    response = tabulated(replace(solve_curve(2.0, 0.85), retraction=()))
     assert response.x0_pull == 0.0
     assert response.pull_limit(0.3) == -np.inf
 

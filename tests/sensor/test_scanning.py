@@ -97,7 +97,7 @@ def test_energy_of_a_slip_is_consumed_by_friction(response):
 
 def unretracted(response):
     """The response of a rod whose retraction was not resolved."""
-    return tabulated(replace(response.curve, pulled=()))
+    return tabulated(replace(response.curve, retraction=()))
 
 
 @pytest.mark.parametrize(

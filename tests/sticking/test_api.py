@@ -56,7 +56,7 @@ def test_a_curve_is_solved_once_and_cannot_be_changed(monkeypatch):
     with pytest.raises(ValueError, match="read-only"):
         curve.pieces[0].states.x0[0] = 1.0
     with pytest.raises(ValueError, match="read-only"):
-        curve.pulled[-1].states.s_c[0] = 1.0
+        curve.retraction[-1].states.s_c[0] = 1.0
     others = (
         {"theta": 2.5},
         {"eta": 0.8},

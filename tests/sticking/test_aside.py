@@ -34,7 +34,7 @@ def test_onsets_and_locks_are_those_of_a_rod_that_is_kept_in_its_plane(contact):
     assert round_rod.onset(mu0) == pytest.approx(planar.onset(mu0), abs=1e-10)
     assert round_rod.mu_lock == pytest.approx(planar.mu_lock, abs=1e-11)
     assert round_rod.x0_lock == pytest.approx(planar.x0_lock, abs=1e-6)
-    assert planar.x0_end > round_rod.x0_end and not planar.pulled
+    assert planar.x0_end > round_rod.x0_end and not planar.retraction
     assert np.isnan(planar.trailing_end(2 * planar.mu_lock).x0).all()
 
 

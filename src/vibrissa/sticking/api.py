@@ -391,7 +391,7 @@ def _kept_curve(
     (curve,) = collocation.solve_curves(
         np.array([theta]), np.array([eta]), contact, [mounting], section
     )
-    for piece in (*curve.pieces, *curve.pulled):
+    for piece in (*curve.pieces, *curve.retraction):
         for values in piece.states.columns.values():
             values.flags.writeable = False
     return curve

@@ -43,7 +43,7 @@ class StickingCurve:
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
     pieces : tuple of Piece
         Smooth pieces of the curve, in order.
-    pulled : tuple of Piece
+    retraction : tuple of Piece
         Smooth pieces at x0 < 0, where the clamp pulls the tip; empty where the section is planar,
         the mounting not ideal, or they were not solved.
     section : RodSection
@@ -68,7 +68,7 @@ class StickingCurve:
     message: str = ""
     x1_init: float = np.nan
     pieces: tuple[Piece, ...] = field(default=(), repr=False)
-    pulled: tuple[Piece, ...] = field(default=(), repr=False)
+    retraction: tuple[Piece, ...] = field(default=(), repr=False)
     section: RodSection = RodSection.ROUND
     residual: float = np.nan
     x0_lock: float = np.nan
@@ -97,8 +97,8 @@ class StickingCurve:
 
     @property
     def x0_pull(self) -> float:
-        """First displacement of the curve (L), not above 0: down to it pulled states are known."""
-        return self.pulled[0].first_x0 if self.pulled else 0.0
+        """First displacement of the curve (L): that of its retraction, 0 without one."""
+        return self.retraction[0].first_x0 if self.retraction else 0.0
 
     @cached_property
     def _alone(self) -> CurveArray:
@@ -190,7 +190,7 @@ class StickingCurve:
         """Last sticking state of a rod after lateral buckling, for μ0 > μ_lock.
 
         Its displacement counts from α = 0 before the swing; NaN where the rod does not swing aside
-        or the pulled states are not known.
+        or has no retraction.
         """
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         return self._alone.trailing_end(_first(mu0), mu0)

@@ -28,12 +28,12 @@ class CurveArray:
     @cached_property
     def pieces(self) -> PieceArray:
         """Pieces of all curves, in the order of the curves and of x0."""
-        return PieceArray(pieces=tuple(p for c in self.curves for p in (*c.pulled, *c.pieces)))
+        return PieceArray(pieces=tuple(p for c in self.curves for p in (*c.retraction, *c.pieces)))
 
     @cached_property
     def stop(self) -> IntArray:
         """Number of the piece behind the last of each curve."""
-        return np.cumsum([len(curve.pulled) + len(curve.pieces) for curve in self.curves])
+        return np.cumsum([len(curve.retraction) + len(curve.pieces) for curve in self.curves])
 
     @cached_property
     def begin(self) -> IntArray:

@@ -179,7 +179,7 @@ def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Respons
 
 def tabulated(curve: StickingCurve) -> Response:
     """Tabulate the response of a solved curve, with its retraction where that is resolved."""
-    pieces = (*curve.pulled, *curve.pieces)
+    pieces = (*curve.retraction, *curve.pieces)
     parts: list[PPoly] = []
     for piece in pieces:
         # Equal steps of the piece's parameter: near a limit point they are short in x0.
@@ -197,7 +197,7 @@ def tabulated(curve: StickingCurve) -> Response:
     # A curve that ends before a lock has its most there.
     x0_lock = curve.x0_lock if np.isfinite(curve.x0_lock) else float(reactions.x[-1])
     # The mirror image of a mounted rod is not a state of it.
-    dragged = bool(curve.pulled) and curve.mounting == IDEAL
+    dragged = bool(curve.retraction) and curve.mounting == IDEAL
     return Response(
         reactions=reactions,
         x0_lock=x0_lock,

@@ -102,7 +102,7 @@ def solve_curves(
             for row in pending
             if curves[row].status is Status.FAILED
             or curves[row].end is End.NOT_FOLLOWED
-            or (retract and not curves[row].pulled)
+            or (retract and not curves[row].retraction)
         ]
     return [curves[row] for row in range(len(theta))]
 
@@ -206,7 +206,7 @@ def _uncut(
         status=Status.SOLVED,
         x1_init=float(branches.x1_init[row]),
         pieces=tuple(part.piece for part in parts),
-        pulled=tuple(part.piece for part in retraction),
+        retraction=tuple(part.piece for part in retraction),
         residual=max(part.residual for part in (*parts, *retraction)),
     )
 
@@ -282,7 +282,7 @@ def _resolved(
 
 def _is_possible(curve: StickingCurve) -> bool:
     """Whether no part has the other kind of contact than it was cut out for."""
-    pieces, slack = PieceArray(pieces=(*curve.pulled, *curve.pieces)), CONTACT_SLACK
+    pieces, slack = PieceArray(pieces=(*curve.retraction, *curve.pieces)), CONTACT_SLACK
     phi1, s_c = pieces.samples.phi1, pieces.samples.s_c
     lies = pieces.line[:, None]
     return bool(np.where(lies, (0.0 < s_c) & (s_c <= 1.0 + slack), phi1 >= -slack).all())
