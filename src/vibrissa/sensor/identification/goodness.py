@@ -195,6 +195,8 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
         deviation[free] = fit.sigma[free] * np.sqrt(left / part)
         fall[free] = told[free] * fit.scores**2 / part
     excess = float((fit.scores**2).sum()) if fits else fit.misfit - fit.degrees
+    if excess <= 0.0:
+        return ()  # nothing to explain
     explained = np.minimum(fall / excess, 1.0)
     off = max(fit.misfit / max(fit.degrees, 1), 1.0)
     likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -explained[k])
