@@ -19,18 +19,20 @@ def main(arguments: list[str]) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
     command += ["--workflow-profile", str(PROFILE), *arguments]  # the last profile counts
-    # In a session of its own Snakemake gets each signal once.
-    child = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
+    child = None
     try:
+        # In a session of its own Snakemake gets each signal once.
+        child = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
         return child.wait()
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # Snakemake takes its jobs out of a cluster's queue at SIGINT, and waits for those that run
-    # here: SIGTERM ends them, and a Snakemake that is still loading, without a word.
-    with suppress(ProcessLookupError):
-        os.killpg(child.pid, signal.SIGTERM)
-        child.send_signal(signal.SIGINT)
-    child.wait()
+    if child is not None:
+        # Snakemake takes its jobs out of a cluster's queue at SIGINT, and waits for those that run
+        # here: SIGTERM ends them, and a Snakemake that is still loading, without a word.
+        with suppress(ProcessLookupError):
+            os.killpg(child.pid, signal.SIGTERM)
+            child.send_signal(signal.SIGINT)
+        child.wait()
     print("Stopped. Finished results are kept: the same command continues.", file=sys.stderr)
     return 128 + signal.SIGINT
 

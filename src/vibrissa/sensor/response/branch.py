@@ -99,7 +99,7 @@ class Response(States):
         Whether a locked tip is dragged in the end: pushing ends with lateral buckling, and
         retraction is resolved.
     curve : StickingCurve
-        Sticking curve from which they were tabulated; it covers x0 ≥ 0.
+        Sticking curve from which they were tabulated.
     """
 
     reactions: PPoly
