@@ -62,7 +62,9 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
     rods = [rod(*at) for at in np.argwhere(most <= 1.0 + ROUNDING).tolist()]
     if rods:
         rods.sort(key=lambda one: one.largest)
-        message = f"the best of {len(rods)} rods that meet all constraints"
+        message = "the only rod that meets all constraints"
+        if len(rods) > 1:
+            message = f"the best of {len(rods)} rods that meet all constraints"
         if r.given:
             message = "this rod meets all constraints"
         return Design(status=DesignStatus.FOUND, message=message, best=rods[0], rods=rods)
