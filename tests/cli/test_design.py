@@ -34,7 +34,7 @@ def test_a_search_on_the_command_line(tmp_path):
     assert re.search(r", length 1[05]0 mm$", result.output, re.M)
     assert rod.read_text(encoding="utf-8").startswith("# vibrissa design: the best of ")
     solved = CliRunner().invoke(app, ["solve", "--rod", str(rod), "--mu0", "0.3"])
-    assert solved.exit_code == 0 and "largest strain over yield strain" in solved.output
+    assert solved.exit_code == 0 and solved.stderr == ""
 
 
 def test_a_rod_that_violates_constraints_is_not_written(tmp_path):
@@ -70,10 +70,10 @@ def test_scan_and_identify_warn_of_a_rod_that_yields(diameter, warned, tmp_path)
     asked = ["--mu0", "0.3", "--step", "100 um", "--to", "10 mm", "-o", tmp_path / "a.csv"]
     result = CliRunner().invoke(app, ["scan", *rod, *(str(one) for one in asked)])
     assert result.exit_code == 0
-    assert ("the rod yields from x0 = 2.4" in result.stderr) == warned
+    assert bool(re.search(r"rod yields: its strain reaches 0\.\d+% at", result.stderr)) == warned
     weak = [*rod, "--material", "steel-s235", *(str(one) for one in asked)]
     assert "structural steel S235 is elastic" in CliRunner().invoke(app, ["scan", *weak]).stderr
     asked = ["identify", str(tmp_path / "a.csv"), *rod, "--noise", "3 mN, 3 mN, 10 uN*m"]
     result = CliRunner().invoke(app, [*asked, "-o", str(tmp_path / "b.csv")])
     assert result.exit_code == 0
-    assert ("warning: the rod yields from x0" in result.stderr) == warned
+    assert ("warning: the rod yields: its strain" in result.stderr) == warned

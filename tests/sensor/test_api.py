@@ -15,7 +15,7 @@ from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.sensor import Units, Whisker, identify, scan, series, solve, surfaces
 from vibrissa.sensor.quantities import Kind
-from vibrissa.sensor.strain import strains_in, yields
+from vibrissa.sensor.strain import strains_in
 
 SILENT = {"resolution": (0, 0, 0), "noise": (0, 0, 0)}
 
@@ -97,29 +97,25 @@ def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
     ended = repr(scan(level, surfaces.constant(0.8), **asked))
     assert "with the clamp at 41.8 mm the rod buckles laterally" in ended
     inclined = Whisker.read(2.0, "99.98 mm", stage_angle="-0.05 rad", **steel)
-    ended = repr(scan(inclined, surfaces.constant(0.2), step="0.05 mm", to=["2 mm"]))
-    assert "the stage takes the clamp at 0.25 mm to the height 99.9925 mm" in ended
+    with pytest.raises(ArgumentError, match=r"heights from 99\.98 mm to 100\.08 mm, but they must"):
+        scan(inclined, surfaces.constant(0.2), step="0.05 mm", to=["2 mm"])
     measured = surfaces.profile([0.0, 0.45], [0.3, 0.3])
     with pytest.raises(ArgumentError, match="known from x = 0 mm to 45 mm, but the tip"):
         scan(level, measured, step="1 mm", to=["60 mm"])
 
 
-def test_the_largest_strain_of_a_period_is_told_as_a_part_of_the_yield_strain():
-    # In a cylinder it is where sticking begins, in a cone where it ends.
-    for theta, begins in ((1.0, True), (2.0, False)):
-        found = solve(Whisker(theta=theta, eta=0.85, rod=ROD), 0.4, yield_strain=0.006)
-        columns = {name: column.values[0] for name, column in found.columns().items()}
-        curve = found.whisker.curve
-        at_end = strains_in([curve], [float(curve.onset(0.4))]).strain[0]
-        assert (found.most.strain[0] > 1.001 * at_end) == begins
-        assert columns["strain_over_yield"] == pytest.approx(columns["strain_most"] / 0.006)
-        assert 0.0 <= columns["strain_place"] < 0.1
-        bent = "the rod does not spring back"
-        assert (bent in repr(found)) == (columns["strain_over_yield"] > 1.0)
-        weaker = solve(Whisker(theta=theta, eta=0.85, rod=ROD), 0.4, yield_strain=0.06)
-        assert bent not in repr(weaker)
-    with pytest.raises(ArgumentError, match="yield_strain must be positive"):
-        solve(Whisker(theta=2.0, eta=0.85), 0.4, yield_strain=0.0)
+@pytest.mark.parametrize(("theta", "begins"), [(1.0, True), (2.0, False)])
+def test_the_largest_strain_is_where_sticking_begins_in_a_cylinder_and_ends_in_a_cone(
+    theta, begins
+):
+    found = solve(Whisker(theta=theta, eta=0.85, rod=ROD), 0.4)
+    columns = {name: column.values[0] for name, column in found.columns().items()}
+    curve = found.whisker.curve
+    at_end = strains_in([curve], [float(curve.onset(0.4))]).strain[0]
+    assert (found.most.strain[0] > 1.001 * at_end) == begins
+    slenderness = ROD.base_diameter / ROD.length
+    assert columns["strain_most"] == pytest.approx(found.most.strain[0] * slenderness)
+    assert 0.0 <= columns["strain_place"] < 0.1
 
 
 @pytest.mark.parametrize("whisker", [None, Whisker(theta=2.0, eta=0.85)])
@@ -256,20 +252,3 @@ def test_a_mounting_is_read_with_units():
     assert (yields.clamp_compliance, yields.curvature) == (0.1, -0.2)
     # An angle has a unit also where nothing else has one.
     assert Whisker.read(2.0, 0.85, clamp_angle="1 deg").mounting.clamp_angle > 0.017
-
-
-@pytest.mark.parametrize("theta", [1.0, 2.0])
-def test_where_a_rod_yields_is_told(theta):
-    whisker = Whisker(theta=theta, eta=0.85, rod=ROD)
-    end = float(whisker.curve.onset(0.4))
-    most = float(solve(whisker, 0.4).most.strain[0])
-    assert yields(whisker.curve, end, 1.001 * most) is None
-    found = yields(whisker.curve, end, 0.999 * most)
-    assert found.strain == pytest.approx(most) and 0.0 <= found.place <= 1.0
-    # In a cylinder the strain is largest where sticking begins, in a cone where it ends.
-    assert found.x0 == 0.0 if theta == 1.0 else 0.9 * end < found.x0 < end
-    half = yields(whisker.curve, end, 0.9 * most)
-    if theta > 1.0:
-        assert strains_in([whisker.curve], [half.x0]).strain[0] == pytest.approx(
-            0.9 * most, rel=1e-3
-        )

@@ -1,6 +1,5 @@
 """Scans with an oblique stage, against shooting that shares no code with the package."""
 
-from dataclasses import replace
 from decimal import Decimal
 from functools import cache
 
@@ -10,7 +9,7 @@ import pytest
 import reference
 from responses import respond
 from vibrissa import Mounting, solve_curve, stick_slip
-from vibrissa.errors import NoResponseError
+from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor import SlipLaw, Whisker, identify, scan, surfaces
 from vibrissa.sensor.response.heights import EXACT, respond_over
@@ -139,22 +138,13 @@ def test_reactions_between_heights_are_those_that_are_solved():
 
 
 @pytest.mark.parametrize(
-    ("angle", "steps", "said"),
-    [
-        (0.1, 42, "0.42 L to the height 0.80807 L: too near"),
-        (-0.1, 22, "0.22 L to the height 0.871963 L: too far"),
-    ],
+    ("angle", "to", "said"),
+    [("60 deg", "1", "from -0.0160254 L to 0.85 L"), ("-0.1 rad", "2", "from 0.85 L to 1.04967 L")],
 )
-def test_a_scan_is_told_up_to_the_last_height_of_the_rod(angle, steps, said):
-    known = replace(heights(), below="too near", above="too far")
-    stage = Stage(rod=known, eta=ETA, angle=angle)
-    positions = path("0.01", ["0.6"])
-    found = simulate(stage, surfaces.constant(MU0), positions)
-    assert found.outcome is Outcome.HEIGHT and len(found) == steps
-    assert found.message == f"the stage takes the clamp at {said}"
-    height = ETA - positions * np.sin(angle)
-    inside = (known.low <= height) & (height <= known.high)
-    assert np.flatnonzero(inside)[-1] + 1 == steps
+def test_a_stage_that_comes_too_near_or_goes_too_far_is_refused(angle, to, said):
+    whisker = Whisker.read(THETA, ETA, stage_angle=angle)
+    with pytest.raises(ArgumentError, match=f"{said}, but they must lie between 0.02 L and 0.9999"):
+        scan(whisker, surfaces.constant(MU0), step="0.01", to=[to])
 
 
 @pytest.mark.slow

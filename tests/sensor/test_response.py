@@ -192,66 +192,30 @@ def test_a_branch_agrees_up_to_the_lock_within_the_tolerance_of_its_largest_reac
     assert _agrees(other, branch, 1e-9) and not _agrees(scaled(branch, 1.0 + 2e-9), branch, 1e-9)
 
 
-def marched(monkeypatch, start, stop, fails):
-    """Parts of a range in which heights fail to be interpolated, and how far progress went."""
+def parts_of(monkeypatch, low, high, fails):
+    """Parts of a range of heights, of which some fail to be interpolated."""
 
     def made(whisker, low, high):
         if fails(low, high):
-            raise NoResponseError(f"none from {low:.6g} to {high:.6g}")
+            raise NoResponseError("no contact")
         return low, high
 
-    told = []
     monkeypatch.setattr(heights, "interpolated", made)
-    return *heights._marched(Whisker(theta=2.0, eta=start), stop, told.append), told
+    return np.array(heights.respond_over(Whisker(theta=2.0, eta=0.6), low, high).parts)
 
 
-@pytest.mark.parametrize(("start", "stop"), [(0.5, 0.68), (0.68, 0.5)])
-def test_a_range_is_solved_in_parts_of_a_twentieth_one_after_the_other(monkeypatch, start, stop):
-    parts, said, told = marched(monkeypatch, start, stop, lambda low, high: False)
-    way = np.array([0.05, 0.1, 0.15, 0.18])
-    ends = start + np.sign(stop - start) * np.append(0.0, way)
-    expected = np.sort(np.stack([ends[:-1], ends[1:]], axis=1))
-    assert np.array(parts) == pytest.approx(expected) and said == ""
-    assert told == pytest.approx(way)
-    assert marched(monkeypatch, start, start, lambda low, high: True) == ([], "", [])
+def test_a_range_is_solved_in_parts_of_a_twentieth_around_the_height_of_the_rod(monkeypatch):
+    parts = parts_of(monkeypatch, 0.53, 0.68, lambda low, high: False)
+    edges = np.array([0.53, 0.55, 0.6, 0.65, 0.68])
+    assert parts == pytest.approx(np.stack([edges[:-1], edges[1:]], axis=1))
 
 
-@pytest.mark.parametrize("way", [1.0, -1.0])
-@pytest.mark.parametrize("far", [0.07, 0.0702])
-def test_a_range_ends_close_to_where_the_rod_has_no_response(monkeypatch, way, far):
-    end = 0.5 + far * way
-
-    def fails(low, high):
-        return low < end < high
-
-    parts, said, told = marched(monkeypatch, 0.5, 0.5 + 0.3 * way, fails)
-    assert said.startswith("none from ") and f"{0.5 + told[-1] * way:.6g}" in said
-    # A part is halved down to 2e-4 L, so that less than twice this is left.
-    assert far - 4e-4 < told[-1] < far
-    assert np.ptp(np.array(parts)) == pytest.approx(told[-1])
-    widths = np.diff(np.array(parts))
-    assert widths.min() >= 2e-4 and widths.max() == pytest.approx(0.05)
+def test_a_range_is_solved_in_smaller_parts_where_these_are_resolved(monkeypatch):
+    parts = parts_of(monkeypatch, 0.6, 0.7, lambda low, high: low < 0.65 and high - low > 0.03)
+    assert np.diff(parts)[:, 0] == pytest.approx([0.025, 0.025, 0.05])
 
 
-def test_a_range_goes_on_in_smaller_parts_where_these_are_resolved(monkeypatch):
-    parts, said, _ = marched(monkeypatch, 0.5, 0.6, lambda low, high: high - low > 0.03)
-    assert np.diff(np.array(parts))[:, 0] == pytest.approx([0.025] * 4) and said == ""
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "said"),
-    [
-        (0.5, 0.6, "none from 0.5 to 0.5"),
-        (0.4, 0.5, "none from 0.4996"),
-        (0.4, 0.6, "none from 0.49"),
-    ],
-)
-def test_a_height_from_which_no_range_goes_on_is_refused_with_a_reason(
-    monkeypatch, low, high, said
-):
-    def fails(whisker, first, last):
-        raise NoResponseError(f"none from {first:.6g} to {last:.6g}")
-
-    monkeypatch.setattr(heights, "interpolated", fails)
+def test_a_height_without_a_response_is_named(monkeypatch):
+    said = r"heights from 0\.6699\d* L to 0\.6703\d* L, where its response is not known: no contact"
     with pytest.raises(NoResponseError, match=said):
-        heights.respond_over(Whisker(theta=2.0, eta=0.5), low, high)
+        parts_of(monkeypatch, 0.6, 0.9, lambda low, high: low < 0.67 < high)

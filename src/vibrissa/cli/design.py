@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from vibrissa.cli.options import command, option, progress_bars
+from vibrissa.cli.options import command, option
 from vibrissa.design import DesignStatus, Requirements
 from vibrissa.design import design as find_design
 from vibrissa.errors import ArgumentError
@@ -48,7 +48,7 @@ def design(requirements: Requirements, output: Out = None) -> None:
     """
     if output is not None and output.suffix.lower() != ROD_FILE:
         raise ArgumentError(f"{output}: the ending must be {ROD_FILE}")
-    found = find_design(requirements, progress_bars())
+    found = find_design(requirements)
     typer.echo(str(found))
     if found.status is DesignStatus.NONE:
         if output is not None:

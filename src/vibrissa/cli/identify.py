@@ -8,16 +8,8 @@ import numpy as np
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli.options import (
-    SETUP,
-    Out,
-    command,
-    hand_out,
-    option,
-    progress_bars,
-)
-from vibrissa.cli.yielding import warn_of_yield
-from vibrissa.design.materials import likely_material
+from vibrissa.cli.options import SETUP, Out, command, hand_out, option
+from vibrissa.cli.yielding import material_of, warn_of_yield
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup
 from vibrissa.sensor.setup import TOLERANCES
 from vibrissa.wording import counted, see_page
@@ -69,7 +61,7 @@ def identify(
     buckles. The exit code is 2 after an error in the input.
     """
     whisker = None if setup.theta is None and setup.eta is None else setup.whisker
-    material = likely_material(setup)
+    material = material_of(setup)
     found = sensor.identify(
         whisker,
         recording,
@@ -81,7 +73,6 @@ def identify(
         assume=setup.assume,
         slip_time=slip_time,
         delay=delay,
-        progress=progress_bars(),
     )
     place = "" if output is None else f"{output}: "
     hand_out(found, place + "\n".join(_lines(found, verbose)), output)

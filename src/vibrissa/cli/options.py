@@ -1,7 +1,6 @@
 """Options of the commands: files, and fields of the model that a command reads."""
 
 import os
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from inspect import Parameter, Signature, signature
@@ -17,7 +16,6 @@ from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.series import STANDARD, Tabular, check_ending, write
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
-from vibrissa.sensor.whisker import Progress, quiet
 
 # Panels in which `--help` shows options, each with names of fields.
 Panels = Mapping[str, Sequence[str]]
@@ -171,19 +169,3 @@ def hand_out(found: Tabular, text: str, output: Path | None) -> None:
     if output is not None:
         write(output, found.columns(), found.header())
     typer.echo(text, err=output == STANDARD)
-
-
-def progress_bars() -> Progress:
-    """Show a progress bar for each kind of work, on a terminal."""
-    if not sys.stderr.isatty():
-        return quiet
-    bars: dict[str, Any] = {}
-
-    def tell(what: str, done: int, total: int) -> None:
-        if what not in bars:
-            bars[what] = typer.progressbar(length=total, label=what, file=sys.stderr)
-        bars[what].update(done - bars[what].pos)
-        if done >= total:
-            bars[what].render_finish()
-
-    return tell

@@ -4,9 +4,8 @@ from pathlib import Path
 from typing import Annotated
 
 from vibrissa import sensor
-from vibrissa.cli.options import SETUP, Out, command, hand_out, option, progress_bars
-from vibrissa.cli.yielding import warn_of_yield
-from vibrissa.design.materials import likely_material
+from vibrissa.cli.options import SETUP, Out, command, hand_out, option
+from vibrissa.cli.yielding import material_of, warn_of_yield
 from vibrissa.sensor import Setup, SlipLaw, surfaces
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
@@ -45,7 +44,7 @@ def scan(
     A sensor records the columns `footpoint`, `force_x`, `force_y` and `moment_z`. The others are
     known only here: position of the tip, x0, friction under the tip, period and phase.
     """
-    whisker, material = setup.whisker, likely_material(setup)
+    whisker, material = setup.whisker, material_of(setup)
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )
@@ -58,7 +57,6 @@ def scan(
         to=to,
         law=law,
         kinetic_ratio=kinetic_ratio,
-        progress=progress_bars(),
     )
     if transducer is not None:
         signals = signals.measured(transducer, seed)

@@ -6,7 +6,7 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
-from vibrissa.errors import ArgumentError
+from vibrissa.cli.yielding import material_of, warn_of_yield
 from vibrissa.outcomes import Status
 from vibrissa.sensor import Setup
 
@@ -25,20 +25,9 @@ def solve(
     A tip that locks is a result, too: its status says so. The exit code is 1 if nothing can be
     computed, 2 after an error in the input.
     """
-    found = sensor.solve(setup.whisker, mu0, step, _yield_strain(setup))
-    nothing = found.onset.status in (Status.FAILED, Status.OUT_OF_REACH)
+    whisker, material = setup.whisker, material_of(setup)
+    found = sensor.solve(whisker, mu0, step)
     hand_out(found, str(found), output)
-    if nothing:
+    if found.onset.status in (Status.FAILED, Status.OUT_OF_REACH):
         raise typer.Exit(1)
-
-
-def _yield_strain(setup: Setup) -> float | None:
-    if setup.material is None:
-        return setup.yield_strain
-    if setup.whisker.rod is None:
-        raise ArgumentError("with a material, give modulus, diameter and length of the rod")
-    # What designs a rod takes a second to load.
-    from vibrissa.design.materials import stated_material
-
-    material = stated_material(setup)
-    return None if material is None else material.yield_strain
+    warn_of_yield(whisker, found.onset.x0_slip, material)

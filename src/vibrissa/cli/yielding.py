@@ -1,33 +1,57 @@
 """A warning where a rod is bent beyond what its material bears."""
 
+from typing import TYPE_CHECKING
+
 import typer
 
-from vibrissa.design import Material
+from vibrissa.errors import ArgumentError
 from vibrissa.sensor.quantities import Kind
-from vibrissa.sensor.strain import yields
+from vibrissa.sensor.setup import Setup
+from vibrissa.sensor.strain import largest_strain
 from vibrissa.sensor.whisker import Whisker
 
+if TYPE_CHECKING:
+    from vibrissa.design.materials import Material
 
-def warn_of_yield(whisker: Whisker, end: float, material: Material | None) -> None:
-    """Warn if the rod yields in a period of sticking: at which place, and from which x0 on.
+
+def material_of(setup: Setup) -> "Material | None":
+    """Give the likely material of a rod with a size, or else None.
+
+    Raises
+    ------
+    ArgumentError
+        If a material is stated, but no size, or if there is no such material.
+    """
+    if setup.modulus is not None:
+        # What designs a rod takes a second to load.
+        from vibrissa.design.materials import likely_material
+
+        return likely_material(setup)
+    if setup.material is not None:
+        raise ArgumentError("with a material, give modulus, diameter and length of the rod")
+    return None
+
+
+def warn_of_yield(whisker: Whisker, end: float, material: "Material | None") -> None:
+    """Warn if the rod yields in a period of sticking, and at which place.
 
     Parameters
     ----------
     end : float
-        Largest displacement x0 of a period (L).
+        Largest displacement x0 of a period (L); at another height, as of an oblique stage, it may
+        lie past the end of the curve.
     material : Material or None
         None if it is not known.
     """
     if whisker.rod is None or material is None or not end > 0.0:
         return
-    slenderness = whisker.rod.base_diameter / whisker.rod.length
-    found = yields(whisker.curve, end, material.yield_strain / slenderness)
-    if found is None:
-        return
-    place, x0 = (whisker.units.spelled(one, Kind.LENGTH, 3) for one in (found.place, found.x0))
-    typer.echo(
-        f"warning: the rod yields from x0 = {x0} on: its strain reaches "
-        f"{found.strain * slenderness:.2%} at {place} from the clamp, and {material.name} is "
-        f"elastic up to {material.yield_strain:.2%}. Take a thinner or a longer rod.",
-        err=True,
-    )
+    most = largest_strain(whisker.curve, min(end, whisker.curve.x0_end))
+    strain = float(most.strain[0]) * whisker.rod.base_diameter / whisker.rod.length
+    if strain > material.yield_strain:
+        place = whisker.units.spelled(float(most.place[0]), Kind.LENGTH, 3)
+        typer.echo(
+            f"warning: the rod yields: its strain reaches {strain:.2%} at {place} from the clamp, "
+            f"and {material.name} is elastic up to {material.yield_strain:.2%}. Take a thinner or "
+            "a longer rod.",
+            err=True,
+        )

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from vibrissa.design.sensitivity import Sensitivity, sensitivity_of
+from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sensor.response.branch import Response, tabulated
@@ -73,16 +74,18 @@ class Pair:
 
 def survey(
     theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
-) -> tuple[list[Pair], list[str]]:
-    """Solve pairs (θ, η) at k increasing friction coefficients.
+) -> list[Pair]:
+    """Solve pairs (θ, η) at k increasing friction coefficients; leave out those without a curve.
 
-    Returns those that were solved, and why the others were not.
+    Raises
+    ------
+    NoResponseError
+        If no pair could be solved.
     """
     curves = solve_curves(theta, eta, contact)
-    failures = [curve.message for curve in curves if curve.status is not Status.SOLVED]
     solved = [curve for curve in curves if curve.status is Status.SOLVED]
     if not solved:
-        return [], failures
+        raise NoResponseError(f"no such rod could be solved: {curves[0].message}")
     onsets = [curve.onset(frictions) for curve in solved]
     ends = [
         float(x0[-1]) if np.isfinite(x0[-1]) else curve.x0_lock
@@ -99,4 +102,4 @@ def survey(
             strain=float(most),
         )
         for curve, x0_slip, end, most in zip(solved, onsets, ends, strain, strict=True)
-    ], failures
+    ]

@@ -7,18 +7,12 @@ import numpy as np
 
 from vibrissa.design.candidate import Candidate
 from vibrissa.design.limits import limits_of
-from vibrissa.design.pairs import Pair, survey
+from vibrissa.design.pairs import survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.design.result import ROUNDING, Design, DesignStatus
-from vibrissa.errors import NoResponseError
-from vibrissa.numerics.batch import slices
-from vibrissa.sensor.whisker import Progress, quiet
-
-# Pairs (θ, η) that are solved before the progress is told.
-PAIRS_AT_ONCE = 28
 
 
-def design(requirements: Requirements, progress: Progress = quiet) -> Design:
+def design(requirements: Requirements) -> Design:
     """Find the rod that measures friction best, and its active constraints.
 
     The best rod has the smallest uncertainty of μ0 from one period of sticking, random and by the
@@ -28,8 +22,6 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
     ----------
     requirements : Requirements
         If they give all four sizes of a rod, only that rod is checked.
-    progress : callable
-        Called with the current step, the number of solved pairs (θ, η), and their total.
 
     Raises
     ------
@@ -48,7 +40,9 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
     >>> print(result.status, *result.active_constraints)
     none moment_z force_y force_x strain
     """
-    r, pairs = requirements, _solved(requirements, progress)
+    r = requirements
+    theta, eta = np.array(list(product(r.theta, r.eta))).T
+    pairs = survey(theta, eta, r.frictions, r.setup.contact)
     sizes = np.array(r.diameter)[:, None], np.array(r.length)
     shape = (len(r.diameter), len(r.length))
     limits = [limits_of(r, pair, *sizes) for pair in pairs]
@@ -76,21 +70,6 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
     ]
     message = _violated(nearest, alone)
     return Design(status=DesignStatus.NONE, message=message, best=nearest, rods=[])
-
-
-def _solved(r: Requirements, progress: Progress) -> list[Pair]:
-    """Solve all pairs (θ, η); leave out pairs without a solution."""
-    theta, eta = np.array(list(product(r.theta, r.eta))).T
-    pairs: list[Pair] = []
-    failures: list[str] = []
-    for some in slices(len(theta), PAIRS_AT_ONCE):
-        solved, messages = survey(theta[some], eta[some], r.frictions, r.setup.contact)
-        pairs += solved
-        failures += messages
-        progress("solving", min(some.stop, len(theta)), len(theta))
-    if not pairs:
-        raise NoResponseError(f"no such rod could be solved: {failures[0]}")
-    return pairs
 
 
 def _violated(nearest: Candidate, alone: Sequence[str]) -> str:

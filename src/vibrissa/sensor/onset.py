@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.bending import Bending
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
@@ -13,9 +12,6 @@ from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.strain import largest_strain
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, onset_on
-
-# Column of the largest strain as a part of the yield strain.
-YIELDS = "strain_over_yield"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -29,14 +25,11 @@ class WhiskerOnset(Tabular):
     most : Bending or None
         Largest strain of the whole period and its place; None unless the tip slips.
     whisker : Whisker
-    yield_strain : float or None
-        Strain up to which the material is elastic; in units of d0/L without a real rod.
     """
 
     onset: Onset
     most: Bending | None
     whisker: Whisker
-    yield_strain: float | None = None
 
     @property
     def units(self) -> Units:
@@ -47,13 +40,10 @@ class WhiskerOnset(Tabular):
         """Print a line for each quantity, in the units of the rod."""
         columns = self.columns()
         width = max(len(column.description) for column in columns.values()) + 2
-        lines = [
+        return "\n".join(
             f"{column.description:<{width}}{column.told(self.units).text}"
             for column in columns.values()
-        ]
-        if YIELDS in columns and columns[YIELDS].values[0] > 1.0:
-            lines.append("the rod does not spring back: its strain exceeds the yield strain")
-        return "\n".join(lines)
+        )
 
     def columns(self) -> dict[str, Column]:
         """Table of one row, with units: onset of slip, or lateral buckling."""
@@ -88,29 +78,20 @@ class WhiskerOnset(Tabular):
             yield "x0_max", onset.x0_max, Kind.LENGTH, "clamp travel at the last sticking step"
 
     def _strains(self, most: Bending) -> dict[str, Column]:
-        """Largest strain while sticking, its place and its part of the yield strain."""
+        """Largest strain while sticking, and its place."""
         units, unit, slenderness = self.units, "d0/L", 1.0
         if units.rod is not None:
             unit, slenderness = "1", units.rod.base_diameter / units.rod.length
         largest = float(most.strain[0]) * slenderness
         place = float(most.place[0]) * units.unit(Kind.LENGTH)
         length = units.name(Kind.LENGTH)
-        columns = {
+        return {
             "strain_most": Column([largest], unit, "largest strain while sticking"),
             "strain_place": Column([place], length, "distance of that place from the clamp"),
         }
-        if self.yield_strain is not None:
-            part = largest / self.yield_strain
-            columns[YIELDS] = Column([part], "1", "largest strain over yield strain")
-        return columns
 
 
-def solve(
-    whisker: Whisker,
-    mu0: Quantity,
-    step: Quantity | None = None,
-    yield_strain: float | None = None,
-) -> WhiskerOnset:
+def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> WhiskerOnset:
     """Solve for the end of one period of sticking, in the units of the rod.
 
     Parameters
@@ -120,8 +101,6 @@ def solve(
         Coefficient of static friction.
     step : str or number, optional
         Step of the stage, for the last sticking step.
-    yield_strain : float, optional
-        Strain up to which the material is elastic; in units of d0/L without a real rod.
 
     Returns
     -------
@@ -141,12 +120,10 @@ def solve(
     >>> print(onset.onset.status, f"{onset.onset.x0_slip:.6f}")
     slip 0.052838
     """
-    if yield_strain is not None and not 0.0 < yield_strain < np.inf:
-        raise ArgumentError(f"yield_strain must be positive and finite, got {yield_strain!r}")
     units = whisker.units
     dx0 = None if step is None else units.read_positive(step, Kind.LENGTH, "step")
     friction = units.read_positive(mu0, Kind.NUMBER, "mu0")
     onset = onset_on(whisker.curve, friction, dx0, lambda x0: units.spelled(x0, Kind.LENGTH))
     slips = onset.status is Status.SLIP
     most = largest_strain(whisker.curve, onset.x0_slip) if slips else None
-    return WhiskerOnset(onset=onset, most=most, whisker=whisker, yield_strain=yield_strain)
+    return WhiskerOnset(onset=onset, most=most, whisker=whisker)

@@ -1,6 +1,6 @@
 """A whisker: a rod clamped below a surface, in units of its own or of a real rod."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -18,13 +18,6 @@ from vibrissa.sticking.curve import StickingCurve
 if TYPE_CHECKING:
     from vibrissa.sensor.response.branch import Response
     from vibrissa.sensor.stage import Stage
-
-# Told what is being done, how much of it is done, and how much there is to do.
-Progress = Callable[[str, int, int], None]
-
-
-def quiet(what: str, done: int, total: int) -> None:
-    """Show no progress."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,8 +113,8 @@ class Whisker:
 
         return responses([self])[0]
 
-    def stage(self, positions: FloatArray, progress: Progress = quiet) -> "Stage":
-        """Solve the response at all heights that the stage passes, as far as there is one.
+    def stage(self, positions: FloatArray) -> "Stage":
+        """Solve the response at all heights that the stage passes.
 
         Parameters
         ----------
@@ -131,7 +124,7 @@ class Whisker:
         Raises
         ------
         NoResponseError
-            If the rod has no response at its height.
+            If the rod has no response at one of the heights.
         """
         from vibrissa.sensor.response.heights import respond_over
         from vibrissa.sensor.stage import Stage
@@ -140,10 +133,6 @@ class Whisker:
         if angle == 0.0:
             return Stage(rod=self.response, eta=self.eta)
         reached = self.eta - np.append(positions, 0.0) * np.sin(angle)
-        heights = respond_over(
-            replace(self, mounting=replace(self.mounting, stage_angle=0.0)),
-            float(reached.min()),
-            float(reached.max()),
-            progress=lambda part: progress("solving the rod", round(100 * part), 100),
-        )
+        level = replace(self, mounting=replace(self.mounting, stage_angle=0.0))
+        heights = respond_over(level, float(reached.min()), float(reached.max()))
         return Stage(rod=heights, eta=self.eta, angle=angle)

@@ -124,7 +124,7 @@ class Forward:
         solved = iter(responses(rods, partly=True) if rods else ())
         for key, (_, nodes) in new.items():
             parts = tuple(_part(part, [next(solved) for _ in part]) for part in nodes)
-            self._solved[key] = HeightRange(parts=parts, below="", above="")
+            self._solved[key] = HeightRange(parts=parts)
         return [self._solved[key] for key in keys]
 
     def _nodes(self, way: Way) -> FloatArray:

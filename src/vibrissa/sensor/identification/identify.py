@@ -31,7 +31,7 @@ from vibrissa.sensor.identification.result import Identification, beside
 from vibrissa.sensor.identification.task import Task, in_samples, task_of
 from vibrissa.sensor.quantities import Quantity, Units, chosen, wished_units
 from vibrissa.sensor.transducer import Transducer, transducer_of
-from vibrissa.sensor.whisker import Progress, Whisker, quiet
+from vibrissa.sensor.whisker import Whisker
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -55,7 +55,6 @@ def identify(
     assume: bool = True,
     slip_time: str | None = None,
     delay: str | None = None,
-    progress: Progress = quiet,
 ) -> Identification:
     """Find the periods of sticking in a recording, and the friction of each.
 
@@ -84,7 +83,6 @@ def identify(
         Duration of a slip: ``"10 ms"``.
     delay : str, optional
         Delay of the readings, as by a low-pass filter: ``"4 ms"``.
-    progress : callable
 
     Returns
     -------
@@ -123,9 +121,7 @@ def identify(
         slip_rows=in_samples(recording, slip_time, "slip_time"),
         delay=in_samples(recording, delay, "delay"),
     )
-    progress("reading the recording", 0, 1)
     found = _read(task) if rod is None else _read_both(task, rod, method)
-    progress("reading the recording", 1, 1)
     # Both readings share the slope of the surface.
     return replace(found, periods=found.periods.on_slope(found.slope))
 

@@ -4,18 +4,19 @@ Each smooth stretch between landmarks (end of pulling, α = 0, kink, lock, end) 
 over each part of the range.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
-from vibrissa.errors import NoResponseError
+from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.response.branch import KNOTS, Response, States, responses
 from vibrissa.sensor.whisker import Whisker
 
@@ -27,8 +28,6 @@ EXACT = 1e-8
 # Widest and narrowest part of a range, and the least and the largest height (L).
 WIDEST, NARROWEST = 0.05, 2e-4
 LOWEST, HIGHEST = 0.02, 0.9999
-# Points that are evaluated together.
-BLOCK = 65536
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -112,13 +111,9 @@ class HeightRange:
     ----------
     parts : tuple of Heights
         From low to high, each beginning where the one before ends.
-    below, above : str
-        Why the range ends before the requested heights; empty where it does not.
     """
 
     parts: tuple[Heights, ...]
-    below: str
-    above: str
 
     @property
     def low(self) -> float:
@@ -147,8 +142,7 @@ class HeightRange:
         found = np.empty((4, len(flat)))
         for number, part in enumerate(self.parts):
             on = part_of == number
-            if on.any():
-                found[:, on] = part.landmarks(flat[on])[:, [0, part.branches[0].lock, -2, -1]].T
+            found[:, on] = part.landmarks(flat[on])[:, [0, part.branches[0].lock, -2, -1]].T
         pull, lock, end, x1_init = found.reshape(4, *eta.shape)
         return HeightStates(
             heights=self, eta=eta, x0_pull=pull, x0_lock=lock, x0_end=end, x1_init=x1_init
@@ -184,22 +178,15 @@ class HeightStates(States):
         """Differentiate the clamp reactions fx, fy and m over x0, shape x0.shape + (3,)."""
         x0, heights = np.broadcast_arrays(np.asarray(x0, dtype=float), self.eta)
         flat, eta = x0.ravel(), heights.ravel()
-        found, of = np.empty((len(flat), 3)), self.heights.part_of(eta)
+        found, part_of = np.empty((len(flat), 3)), self.heights.part_of(eta)
         for number, part in enumerate(self.heights.parts):
-            on = np.flatnonzero(of == number)
-            for start in range(0, len(on), BLOCK):
-                some = on[start : start + BLOCK]
-                found[some] = part.reactions(flat[some], eta[some], order)
+            on = part_of == number
+            found[on] = part.reactions(flat[on], eta[on], order)
         return found.reshape(*x0.shape, 3)
 
 
-def respond_over(
-    whisker: Whisker,
-    low: float,
-    high: float,
-    progress: Callable[[float], None] = lambda done: None,
-) -> HeightRange:
-    """Solve a rod on a level stage at all heights around its own that have a response.
+def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
+    """Solve a rod on a level stage at all heights of a range.
 
     Parameters
     ----------
@@ -208,45 +195,39 @@ def respond_over(
 
     Raises
     ------
+    ArgumentError
+        If the range comes too near to the clamp, or to an upright rod.
     NoResponseError
-        If the rod has no response at its height, or it is not resolved next to it.
+        If the rod has no response at one of the heights.
     """
+    least, most, lowest, highest = (
+        whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high, LOWEST, HIGHEST)
+    )
+    if low < LOWEST or high > HIGHEST:
+        raise ArgumentError(
+            f"the stage takes the rod to heights from {least} to {most}, but they must lie between "
+            f"{lowest} and {highest}"
+        )
     responses([whisker])
-    total, start = high - low, whisker.eta
-
-    def marched(stop: float, done: float) -> tuple[list[Heights], str]:
-        return _marched(whisker, stop, lambda way: progress((done + way) / total))
-
-    downwards, below = marched(max(low, LOWEST), 0.0)
-    if not below and low < LOWEST:
-        below = "the clamp touches the surface"
-    upwards, above = marched(min(high, HIGHEST), start - low)
-    if not above and high > HIGHEST:
-        above = "the rod stands upright and lifts off"
-    parts = (*reversed(downwards), *upwards)
-    if not parts:
-        raise NoResponseError(below or above)
-    return HeightRange(parts=parts, below=below, above=above)
+    down, up = np.arange(whisker.eta, low, -WIDEST), np.arange(whisker.eta, high, WIDEST)
+    edges = np.unique([low, *down, *up, high]).tolist()
+    parts = [part for ends in pairwise(edges) for part in _parts(whisker, *ends)]
+    return HeightRange(parts=tuple(parts))
 
 
-def _marched(
-    whisker: Whisker, stop: float, progress: Callable[[float], None]
-) -> tuple[list[Heights], str]:
-    """Parts from the height of a whisker to another, up to the first failure, and its reason."""
-    parts: list[Heights] = []
-    width, at = WIDEST, whisker.eta
-    while at != stop:
-        end = float(np.clip(stop, at - width, at + width))
-        try:
-            parts.append(interpolated(whisker, min(at, end), max(at, end)))
-        except NoResponseError as error:
-            width = 0.5 * abs(end - at)
-            if width < NARROWEST:
-                return parts, str(error)
-        else:
-            at = end
-            progress(abs(at - whisker.eta))
-    return parts, ""
+def _parts(whisker: Whisker, low: float, high: float) -> list[Heights]:
+    """Interpolate between two heights, in halves where that is not exact."""
+    try:
+        return [interpolated(whisker, low, high)]
+    except NoResponseError as error:
+        middle = 0.5 * (low + high)
+        if middle - low < NARROWEST:
+            least, most = (whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high))
+            raise NoResponseError(
+                f"the stage takes the rod to heights from {least} to {most}, where its response "
+                f"is not known: {error}"
+            ) from None
+    return [*_parts(whisker, low, middle), *_parts(whisker, middle, high)]
 
 
 def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
@@ -263,12 +244,10 @@ def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
     rods = [replace(whisker, eta=eta) for eta in (*nodes.tolist(), between)]
     *solved, unseen = responses(rods)
     found = Heights(low=low, high=high, branches=tuple(solved))
-    where = f"for heights from {low:.6g} to {high:.6g} (in units of L)"
     if len({(len(one.bounds), one.lock, one.curve.end) for one in solved}) > 1:
-        raise NoResponseError(f"{where} the kind of contact or the end of the curve changes")
-    part = HeightRange(parts=(found,), below="", above="")
-    if not _agrees(part.states(between), unseen, EXACT):
-        raise NoResponseError(f"{where} the rod's response is not resolved")
+        raise NoResponseError("the kind of contact or the end of the curve changes")
+    if not _agrees(HeightRange(parts=(found,)).states(between), unseen, EXACT):
+        raise NoResponseError("it is not resolved")
     return found
 
 

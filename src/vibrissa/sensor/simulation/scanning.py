@@ -15,7 +15,7 @@ from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.numerics.steps import passes, step_position
+from vibrissa.numerics.steps import step_position
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.simulation.slips import SlipLaw, rest
@@ -69,14 +69,11 @@ class Outcome(StrEnum):
     LOST
         A slip left the computed states: it passed α = 0, and a pushed tip lifted off the
         surface, or a pulled tip reached the end of pushing.
-    HEIGHT
-        An oblique stage took the clamp too near to the surface, or too far from it, for a response.
     """
 
     COMPLETE = "complete"
     LOCK = "lock"
     LOST = "lost"
-    HEIGHT = "height"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -162,7 +159,6 @@ def simulate(
     positions: FloatArray,
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
-    progress: Callable[[int], None] = lambda done: None,
 ) -> SurfaceScan:
     """Move the clamp over a surface.
 
@@ -176,13 +172,11 @@ def simulate(
     law : SlipLaw or str
     kinetic_ratio : float
         Both as in `vibrissa.sensor.scan`.
-    progress : callable
-        Told after each period how many steps are done.
 
     Returns
     -------
     SurfaceScan
-        Up to the end of sticking, or of the heights that were solved.
+        Up to the end of sticking.
 
     Raises
     ------
@@ -202,15 +196,13 @@ def simulate(
             "a path that goes backward, one away from the surface and the law energy need the "
             "retraction of the rod, which is not in its response"
         )
-    known, message = _known(stage, positions, told)
-    outcome = Outcome.HEIGHT if message else Outcome.COMPLETE
+    outcome, message = Outcome.COMPLETE, ""
     contact = start.contact(float(stage.along(at)), 0.0, 1)
     tip = Tip(stage=stage, contact=contact, mu0=float(surface(contact)))
     tips, swing = [tip], ""
     while True:
-        step, until = tip.end(positions[:known], at)
-        progress(step)
-        if step == known:
+        step, until = tip.end(positions, at)
+        if step == len(positions):
             break
         exit, past = tip.exit(until)
         if exit is Exit.END and stage.rod.swings:
@@ -230,21 +222,6 @@ def simulate(
             tip = replace(tip, contact=contact, mu0=mu0, begin=step, slipped=True)
         tips.append(tip)
     return _assembled(tips, positions[:step], outcome, "; ".join(filter(None, (swing, message))))
-
-
-def _known(stage: Stage, positions: FloatArray, told: Callable[[float], str]) -> tuple[int, str]:
-    """Count the steps whose heights were solved, with the reason why the next one was not."""
-    rod = stage.rod
-    if isinstance(rod, Response):
-        return len(positions), ""
-    height = stage.height(positions)
-    out = np.flatnonzero(passes(-height, -rod.low) | passes(height, rod.high))
-    if not len(out):
-        return len(positions), ""
-    clamp, at = float(positions[out[0]]), float(height[out[0]])
-    reason = rod.above if at > rod.high else rod.below
-    message = f"the stage takes the clamp at {told(clamp)} to the height {told(at)}: {reason}"
-    return int(out[0]), message
 
 
 def _slid(tip: Tip, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from vibrissa.sensor.simulation.scanning import SurfaceScan, TipPhase, TipSide, 
 from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
-from vibrissa.sensor.whisker import Progress, Whisker, quiet
+from vibrissa.sensor.whisker import Whisker
 from vibrissa.wording import counted
 
 
@@ -75,7 +74,6 @@ def scan(
     to: Sequence[Quantity],
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
-    progress: Progress = quiet,
 ) -> Signals:
     """Move the clamp over a surface and record the signals.
 
@@ -91,7 +89,6 @@ def scan(
         Where a slip ends.
     kinetic_ratio : float
         μk/μ0, for the laws ``kinetic`` and ``energy``.
-    progress : callable
 
     Returns
     -------
@@ -108,13 +105,7 @@ def scan(
         units.read_positive(step, Kind.LENGTH, "step"),
         [units.read(turn, Kind.LENGTH, "to") for turn in to],
     )
-    told = partial(progress, "scanning")
     truth = simulate(
-        whisker.stage(positions, progress),
-        replace(surface, units=units),
-        positions,
-        law,
-        kinetic_ratio,
-        lambda done: told(done, len(positions)),
+        whisker.stage(positions), replace(surface, units=units), positions, law, kinetic_ratio
     )
     return Signals(truth=truth, readings=truth.reactions * units.channels, units=units)
