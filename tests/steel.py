@@ -3,7 +3,8 @@
 import numpy as np
 
 from vibrissa.mechanics.rod import Rod
-from vibrissa.sensor import Recording, Units, preset, series
+from vibrissa.sensor import Recording, preset, series
+from vibrissa.sensor.quantities import Units
 
 ROD = Rod(2.1e11, 0.8e-3, 0.1)
 SENSOR = preset("nano17-si-12-0.12")
@@ -28,6 +29,19 @@ def recording_of(clamp, readings, first_line=2):
     return Recording(clamp=clamp, readings=readings, line=np.arange(len(clamp)) + first_line)
 
 
+class Given(series.Tabular):
+    """A table of given columns."""
+
+    def __init__(self, columns, header=None):
+        self.given, self.above = columns, header or {}
+
+    def columns(self):
+        return self.given
+
+    def header(self):
+        return self.above
+
+
 def write(path, recording):
     """Write a recording in units of the rod."""
     units = {"footpoint": "L", "force_x": "E*I0/L^2", "force_y": "E*I0/L^2", "moment_z": "E*I0/L"}
@@ -36,4 +50,4 @@ def write(path, recording):
         name: series.Column(value, unit, "")
         for (name, unit), value in zip(units.items(), values, strict=True)
     }
-    series.write(path, columns)
+    series.write(path, Given(columns))

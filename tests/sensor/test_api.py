@@ -13,8 +13,8 @@ from steel import NANO, ROD, SENSOR, SI, WHISKER
 from vibrissa import Mounting, sensor, solve_onset
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError
-from vibrissa.sensor import Units, Whisker, identify, scan, series, solve, surfaces
-from vibrissa.sensor.quantities import Kind
+from vibrissa.sensor import Whisker, identify, scan, series, solve, surfaces
+from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.strain import strains_in
 
 SILENT = {"resolution": (0, 0, 0), "noise": (0, 0, 0)}
@@ -140,7 +140,7 @@ def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, 
     error = (table["mu0"] - truth)[slip]
     assert (np.abs(error / table["deviation"][slip]) < 4.5).all()
 
-    series.write(tmp_path / "scan.csv", signals.columns())
+    series.write(tmp_path / "scan.csv", signals)
     asked = [*WHISKER, *SI, *NANO, "--method", "model", "-o", str(tmp_path / "found.csv")]
     assert CliRunner().invoke(app, ["identify", str(tmp_path / "scan.csv"), *asked]).exit_code == 0
     written = pd.read_csv(tmp_path / "found.csv")

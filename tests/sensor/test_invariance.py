@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from responses import respond
 from steel import NOISE, recording_of
 from vibrissa.mechanics.rod import Rod
-from vibrissa.sensor import Units, Whisker, identify, scan, solve, surfaces
+from vibrissa.sensor import Whisker, identify, scan, solve, surfaces
 from vibrissa.sensor.identification import slope
 from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.simulation import tip
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw

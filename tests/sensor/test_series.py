@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steel import ROD
+from steel import ROD, Given
 from vibrissa.errors import ArgumentError, RecordingError
-from vibrissa.sensor import Units, series
-from vibrissa.sensor.quantities import Kind
+from vibrissa.sensor import series
+from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column
 
 COLUMNS = {
@@ -29,16 +29,16 @@ def read(tmp_path, text, names=("a",), optional=(), name="r.csv"):
 
 
 def test_a_csv_file_is_written_as_it_is_said(tmp_path, capsys):
-    series.write(tmp_path / "a.CSV", COLUMNS)
+    series.write(tmp_path / "a.CSV", Given(COLUMNS))
     assert (tmp_path / "a.CSV").read_bytes() == TEXT.encode()
-    series.write(Path("-"), COLUMNS)
+    series.write(Path("-"), Given(COLUMNS))
     assert capsys.readouterr().out == TEXT
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.parquet", "a.Parquet"])
 def test_what_is_written_is_read(tmp_path, name):
     path = tmp_path / name
-    series.write(path, COLUMNS)
+    series.write(path, Given(COLUMNS))
     table = series.read(path, ["footpoint"], ["period", "height"])
     assert list(table.columns) == ["footpoint", "period"]
     assert table.columns["footpoint"] == pytest.approx([0.1, np.nan, 1e-300], nan_ok=True, rel=0)
@@ -50,7 +50,7 @@ def test_what_is_written_is_read(tmp_path, name):
 
 
 def test_a_parquet_file_says_unit_and_meaning_of_each_column(tmp_path):
-    series.write(tmp_path / "a.parquet", COLUMNS)
+    series.write(tmp_path / "a.parquet", Given(COLUMNS))
     attrs = pd.read_parquet(tmp_path / "a.parquet").attrs
     assert attrs["units"] == {"footpoint": "mm", "period": "1", "side": ""}
     assert attrs["descriptions"]["side"] == "where the tip is"
@@ -65,7 +65,7 @@ def test_lines_are_those_of_the_file_whatever_stands_between(tmp_path):
 @pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
 def test_quantities_of_the_whole_table_are_read_as_they_are_written(tmp_path, name):
     header = {"zero_force_x": "310.254 ± 0.27 mN", "zero_force_y": "1 ± 2 N"}
-    series.write(tmp_path / name, COLUMNS, header)
+    series.write(tmp_path / name, Given(COLUMNS, header))
     assert series.read(tmp_path / name, ["footpoint"]).header == header
     frame = pd.DataFrame({"footpoint [mm]": [1.0]})
     frame.attrs["header"] = header
@@ -139,14 +139,14 @@ def test_numbers_are_read_as_they_are_written_and_missing_values_are_nan(tmp_pat
 
 def test_a_file_that_cannot_be_is_refused_before_any_work(tmp_path):
     with pytest.raises(ArgumentError, match=r"a\.txt: the ending must be \.csv or \.parquet"):
-        series.write(tmp_path / "a.txt", COLUMNS)
+        series.write(tmp_path / "a.txt", Given(COLUMNS))
     with pytest.raises(FileNotFoundError):
-        series.write(tmp_path / "no" / "a.csv", COLUMNS)
+        series.write(tmp_path / "no" / "a.csv", Given(COLUMNS))
     (tmp_path / "a.parquet").write_text("a\n1\n")
     with pytest.raises(RecordingError, match=r"a\.parquet: not a Parquet file: "):
         series.read(tmp_path / "a.parquet", ["a"])
     with pytest.raises(ValueError, match="length"):
-        series.write(tmp_path / "b.csv", COLUMNS | {"more": Column([1.0], "", "")})
+        series.write(tmp_path / "b.csv", Given(COLUMNS | {"more": Column([1.0], "", "")}))
     assert not (tmp_path / "b.csv").exists()
 
 
@@ -165,11 +165,7 @@ def test_the_only_value_of_a_column_is_a_text():
 
 
 def test_a_result_is_a_frame_with_its_units():
-    class Result(series.Tabular):
-        def columns(self):
-            return COLUMNS
-
-    frame = Result().to_pandas()
+    frame = Given(COLUMNS).to_pandas()
     assert list(frame) == list(COLUMNS) and frame["side"].tolist() == ["ahead", "behind", ""]
     assert frame.attrs == {
         "header": {},

@@ -8,7 +8,6 @@ import typer
 from vibrissa.cli.options import command, option
 from vibrissa.design import DesignStatus, Requirements
 from vibrissa.design import design as find_design
-from vibrissa.errors import ArgumentError
 from vibrissa.sensor.keys import write_keys
 from vibrissa.sensor.setup import TOLERANCES
 
@@ -21,8 +20,6 @@ PANELS = {
     "Signals": ("transducer", "noise", TOLERANCES),
     "Limits": ("tip", "safety", "steps", "load", "spacing"),
 }
-# Ending of a set-up file.
-ROD_FILE = ".toml"
 Out = Annotated[
     Path | None, option("Set-up file (.toml) to write: the best rod.", "Output", "--output", "-o")
 ]
@@ -34,7 +31,7 @@ EXAMPLES = (
 )
 
 
-@command("requirements", Requirements, PANELS, EXAMPLES, "--rod", ROD_FILE)
+@command("requirements", Requirements, PANELS, EXAMPLES, endings=(".toml",))
 def design(requirements: Requirements, output: Out = None) -> None:
     """Find the rod that measures friction best, and its active constraints.
 
@@ -46,8 +43,6 @@ def design(requirements: Requirements, output: Out = None) -> None:
     checked. The best rod is written as a set-up file with `-o rod.toml`. If no rod meets all
     constraints, the one that violates them least is shown, and the exit code is 1.
     """
-    if output is not None and output.suffix.lower() != ROD_FILE:
-        raise ArgumentError(f"{output}: the ending must be {ROD_FILE}")
     found = find_design(requirements)
     typer.echo(str(found))
     if found.status is DesignStatus.NONE:

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from vibrissa.cli.app import HELP
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor.quantities import Kind
-from vibrissa.sensor.series import STANDARD, Tabular, check_ending, write
+from vibrissa.sensor.series import ENDINGS, STANDARD, Tabular, check_ending, write
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
 
@@ -37,7 +37,12 @@ Out = Annotated[Path | None, option(_TABLE, "Output", "--output", "-o")]
 
 
 def command(
-    parameter: str, model: Any, panels: Panels, epilog: str, file: str = "--rod", *endings: str
+    parameter: str,
+    model: Any,
+    panels: Panels,
+    epilog: str,
+    file: str = "--rod",
+    endings: Sequence[str] = ENDINGS,
 ) -> Callable[[Callable[..., None]], Any]:
     """Make a command of a function, with options in place of its parameter that is a model.
 
@@ -55,8 +60,8 @@ def command(
         Examples.
     file : str
         Option for a TOML file with these fields as keys.
-    *endings : str
-        Further ones of the option ``--output``.
+    endings : sequence of str
+        Endings of the option ``--output``.
     """
     fields = Setup.model_fields | model.model_fields
     options = _options(panels, fields, file)
@@ -67,7 +72,7 @@ def command(
 
         @wraps(function)
         def run(**values: Any) -> None:
-            _check_output(values, *endings)
+            _check_output(values, endings)
             given = {name: values.pop(name) for name in options}
             function(**{parameter: _read(model, fields, **given)}, **values)
 
@@ -149,12 +154,14 @@ def _pairs(given: Sequence[str], name: str) -> dict[str, str]:
     return pairs
 
 
-def _check_output(values: Mapping[str, Any], *endings: str) -> None:
+def _check_output(values: Mapping[str, Any], endings: Sequence[str]) -> None:
     """Refuse a table that cannot be written, or is read."""
     output = values.get("output")
-    if output is None or output == STANDARD:
+    if output is None:
         return
-    check_ending(output, *endings)
+    check_ending(output, endings)
+    if output == STANDARD:
+        return
     if output.is_dir() or not os.access(output.parent, os.W_OK):
         raise ArgumentError(
             f"{output} cannot be written: it must be a file in a folder that can be written to"
@@ -167,5 +174,5 @@ def _check_output(values: Mapping[str, Any], *endings: str) -> None:
 def hand_out(found: Tabular, text: str, output: Path | None) -> None:
     """Write a result as a table, if it was requested, and print a text, beside the table."""
     if output is not None:
-        write(output, found.columns(), found.header())
+        write(output, found)
     typer.echo(text, err=output == STANDARD)

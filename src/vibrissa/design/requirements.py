@@ -16,7 +16,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.keys import Keyed, read_keys, with_options
-from vibrissa.sensor.quantities import Kind, Measured, channels_in_si
+from vibrissa.sensor.quantities import Kind, Measured, channels_of
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
 from vibrissa.sticking.api import MOST_TAPER
@@ -139,7 +139,8 @@ class Requirements(Keyed):
         """Standard deviations of the noise in single readings of force_x, force_y, moment_z, SI."""
         if self.setup.noise is None:
             return np.array(preset(str(self.setup.transducer)).deviation)
-        return np.array(channels_in_si(self.setup.noise, "noise"))
+        parts = channels_of(self.setup.noise, "noise")
+        return np.array([kind.read(part, "noise") for part, kind in parts])
 
     @property
     def largest(self) -> tuple[float, float, float]:

@@ -18,12 +18,8 @@ if TYPE_CHECKING:
     from vibrissa.sensor.identification.summary import FrictionSummary as FrictionSummary
     from vibrissa.sensor.onset import WhiskerOnset as WhiskerOnset
     from vibrissa.sensor.onset import solve as solve
-    from vibrissa.sensor.quantities import Units as Units
-    from vibrissa.sensor.response.branch import Response as Response
     from vibrissa.sensor.setup import Setup as Setup
     from vibrissa.sensor.simulation.scanning import SurfaceScan as SurfaceScan
-    from vibrissa.sensor.simulation.scanning import path as path
-    from vibrissa.sensor.simulation.scanning import simulate as simulate
     from vibrissa.sensor.simulation.signals import Signals as Signals
     from vibrissa.sensor.simulation.signals import scan as scan
     from vibrissa.sensor.simulation.slips import SlipLaw as SlipLaw
@@ -40,21 +36,17 @@ _HOMES = {
     "PeriodStatus": "identification.periods",
     "Periods": "identification.periods",
     "Recording": "identification.recording",
-    "Response": "response.branch",
     "Setup": "setup",
     "Signals": "simulation.signals",
     "SlipLaw": "simulation.slips",
     "Surface": "surfaces",
     "SurfaceScan": "simulation.scanning",
     "Transducer": "transducer",
-    "Units": "quantities",
     "Whisker": "whisker",
     "WhiskerOnset": "onset",
     "identify": "identification.identify",
-    "path": "simulation.scanning",
     "preset": "transducer",
     "scan": "simulation.signals",
-    "simulate": "simulation.scanning",
     "solve": "onset",
 }
 

@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 
 PARQUET = ".parquet"
 ENDINGS = (".csv", PARQUET)
-NO_HEADER: Mapping[str, str] = {}
 # Cells without a value.
 MISSING = ("", "-", "nan", "na", "n/a", "#n/a", "#nv", "null", "none")
 # A number, with its decimal sign in place of the braces.
 NUMBER = r"[-+]?([0-9]+{0}?[0-9]*|{0}[0-9]+)([eE][-+]?[0-9]+)?"
 # So many errors of one kind are listed.
 LISTED = 10
+TITLE = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*", re.DOTALL)
 HEADER = re.compile(r"#\s*(\w+)\s*=\s*(.+)")
 # Standard input or output, as CSV.
 STANDARD = Path("-")
@@ -68,12 +68,12 @@ class Column:
         return f"{value:.8g} {self.unit}".removesuffix(" 1") if self.unit else str(value)
 
 
-def check_ending(path: Path, *others: str) -> None:
+def check_ending(path: Path, endings: Sequence[str] = ENDINGS) -> None:
     """Refuse a file of another kind, or one whose library is missing."""
-    if path == STANDARD:
+    if path == STANDARD and endings == ENDINGS:
         return
-    if path.suffix.lower() not in (*ENDINGS, *others):
-        raise ArgumentError(f"{path}: the ending must be {' or '.join((*ENDINGS, *others))}")
+    if path.suffix.lower() not in endings:
+        raise ArgumentError(f"{path}: the ending must be {' or '.join(endings)}")
     if path.suffix.lower() == PARQUET:
         require("tables", "pyarrow")
 
@@ -97,32 +97,28 @@ class Tabular(ABC):
         DataFrame
             Its ``attrs`` are ``units`` and ``descriptions``, by column, and the ``header``.
         """
-        return frame_of(self.columns(), self.header())
+        import pandas as pd  # takes half a second to load
+
+        columns = self.columns()
+        frame = pd.DataFrame({name: column.values for name, column in columns.items()})
+        frame.attrs = {
+            "header": self.header(),
+            "units": {name: column.unit for name, column in columns.items()},
+            "descriptions": {name: column.description for name, column in columns.items()},
+        }
+        return frame
 
 
-def frame_of(columns: Mapping[str, Column], header: Mapping[str, str] = NO_HEADER) -> "DataFrame":
-    """Make a DataFrame, whose ``attrs`` are `header`, units and descriptions."""
-    import pandas as pd  # takes half a second to load
-
-    frame = pd.DataFrame({name: column.values for name, column in columns.items()})
-    frame.attrs = {
-        "header": dict(header),
-        "units": {name: column.unit for name, column in columns.items()},
-        "descriptions": {name: column.description for name, column in columns.items()},
-    }
-    return frame
-
-
-def write(path: Path, columns: Mapping[str, Column], header: Mapping[str, str] = NO_HEADER) -> None:
+def write(path: Path, table: Tabular) -> None:
     """Write a table as a whole.
 
     Parameters
     ----------
     path : Path
         With the ending ``.csv`` or ``.parquet``; ``-`` for standard output.
-    header : mapping of str to str
-        Quantities that hold for the whole table: lines ``# name = text`` above that of the titles.
-        A Parquet file has header, units and descriptions as the ``attrs`` of its DataFrame.
+    table : Tabular
+        In a CSV file its header is lines ``# name = text`` above that of the titles. A Parquet file
+        has header, units and descriptions as the ``attrs`` of its DataFrame.
 
     Raises
     ------
@@ -130,7 +126,7 @@ def write(path: Path, columns: Mapping[str, Column], header: Mapping[str, str] =
         If the ending is another one.
     """
     check_ending(path)
-    frame = frame_of(columns, header)
+    frame = table.to_pandas()
     if path == STANDARD:
         _write_csv(sys.stdout, frame)
         return
@@ -250,14 +246,12 @@ def _columns(frame: "DataFrame", source: str) -> tuple[dict[str, "Series[Any]"],
     units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if unit}
     columns: dict[str, Series[Any]] = {}
     for title, column in frame.items():
-        name, _, unit = (part.strip() for part in str(title).partition("["))
-        if {";", "\t"} & set(str(title)):  # between other separators a line is one title
-            name, unit = str(title), ""
+        name, unit = TITLE.fullmatch(str(title)).groups(default="")  # type: ignore[union-attr]
         if name in columns:
             raise RecordingError(f"{source}: column {name} occurs twice")
         columns[name] = column
         if unit:
-            units[name] = unit.partition("]")[0].strip()
+            units[name] = unit
     return columns, units
 
 

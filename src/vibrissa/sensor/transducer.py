@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.cards import Card
-from vibrissa.sensor.quantities import Units, channels_in_si
+from vibrissa.sensor.quantities import Units, channels_of
 
 CHANNELS = ("force_x", "force_y", "moment_z")
 
@@ -22,7 +22,10 @@ Most = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
 def _in_si(text: Any, info: ValidationInfo) -> Any:
-    return channels_in_si(text, str(info.field_name)) if isinstance(text, str) else text
+    if not isinstance(text, str):
+        return text
+    name = str(info.field_name)
+    return [kind.read(part, name) for part, kind in channels_of(text, name)]
 
 
 class Transducer(Card):

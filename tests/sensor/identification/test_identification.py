@@ -13,13 +13,14 @@ from typer.testing import CliRunner
 from responses import respond
 from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, STIFF, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
-from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
+from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.recording import (
     Method,
     noise_of,
     read_recording,
 )
+from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
 

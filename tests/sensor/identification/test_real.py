@@ -6,8 +6,9 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from steel import ROD, SENSOR
-from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
+from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.ends import moving, touching
+from vibrissa.sensor.quantities import Units
 
 MU0 = 0.3
 NAMES = ("force_x [N]", "force_y [N]", "moment_z [N*m]")

@@ -6,9 +6,8 @@ import pytest
 
 from steel import ROD, SCALE, SENSOR
 from vibrissa.errors import RecordingError
-from vibrissa.sensor import Units
 from vibrissa.sensor.identification.recording import Method, read_recording, units_of
-from vibrissa.sensor.quantities import Kind
+from vibrissa.sensor.quantities import Kind, Units
 
 NAN = np.nan
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from steel import Given
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import Whisker, identify, scan, series, surfaces
 from vibrissa.sensor.importing import Settings, import_recording
@@ -38,12 +39,12 @@ def tolerances_of(found):
 @pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
 @pytest.mark.parametrize("whisker", [WHISKER, None])
 def test_identify_reads_the_errors_of_the_zeros(tmp_path, signals, whisker, name):
-    series.write(tmp_path / name, signals, HEADER)
+    series.write(tmp_path / name, Given(signals, HEADER))
     told = ZEROS
     if whisker is None:  # the ratio of the forces has no moment
         told = {name: size for name, size in ZEROS.items() if name != "zero_moment_z"}
     travelled = identify(whisker, tmp_path / name)
-    series.write(tmp_path / "retyped.csv", signals)
+    series.write(tmp_path / "retyped.csv", Given(signals))
     retyped = identify(whisker, tmp_path / "retyped.csv", tolerances=told)
     assert set(tolerances_of(travelled)) == set(told)
     assert tolerances_of(travelled) == pytest.approx(tolerances_of(retyped))
@@ -51,7 +52,7 @@ def test_identify_reads_the_errors_of_the_zeros(tmp_path, signals, whisker, name
 
 
 def test_a_stated_tolerance_goes_before_that_of_the_recording(tmp_path, signals):
-    series.write(tmp_path / "a.csv", signals, HEADER)
+    series.write(tmp_path / "a.csv", Given(signals, HEADER))
     stated = Whisker.read(2, "85 mm", tolerances={"zero_force_x": "exact"}, **ROD)
     found = identify(stated, tmp_path / "a.csv", tolerances={"zero_force_y": "7 mN"})
     force = WHISKER.units.channels[0]
@@ -60,7 +61,7 @@ def test_a_stated_tolerance_goes_before_that_of_the_recording(tmp_path, signals)
 
 
 def test_a_wrong_line_of_the_header_is_named(tmp_path, signals):
-    series.write(tmp_path / "a.csv", signals, {"zero_force_x": "1 ± 2 ± 3 mN"})
+    series.write(tmp_path / "a.csv", Given(signals, {"zero_force_x": "1 ± 2 ± 3 mN"}))
     with pytest.raises(ArgumentError, match=r"a\.csv: zero_force_x must be a force.*got .2 ± 3 mN"):
         identify(WHISKER, tmp_path / "a.csv")
 
@@ -115,8 +116,8 @@ def test_a_rod_that_rests_on_the_surface_is_no_tare(signals, seed):
 
 def test_an_imported_recording_has_the_friction_of_one_that_was_tared(tmp_path, signals):
     found = import_recording(laboratory(400, 30, signals), Settings.read())
-    series.write(tmp_path / "imported.csv", found.columns(), found.header())
-    series.write(tmp_path / "tared.csv", signals)
+    series.write(tmp_path / "imported.csv", found)
+    series.write(tmp_path / "tared.csv", Given(signals))
     imported, tared = (
         identify(WHISKER, tmp_path / name, noise="3 mN, 3 mN, 0.1 mN*m").periods
         for name in ("imported.csv", "tared.csv")
