@@ -150,13 +150,13 @@ class Candidate:
         """Tolerances of all parameters, shape (q,); crosstalk is a part of full scale."""
         full = np.array(self.requirements.largest) / self.whisker.units.channels
         full = np.where(np.isfinite(full), full, np.abs(self.pair.reactions).max(axis=0))
-        return np.array(
-            [
-                one.deviation
-                * (1.0 if one.mixing is None or one.of != "crosstalk" else one.mixing.max())
-                for one in parameters_of(self.tolerances, frozenset(), full)
-            ]
-        )
+        parameters = parameters_of(self.tolerances, frozenset(), full)
+        sigma = np.array([one.deviation for one in parameters])
+        for k, one in enumerate(parameters):
+            if one.of == "crosstalk" and one.effect is not None:
+                # Of loads of 1 the other channel shows the ratio of the full scales.
+                sigma[k] *= one.effect(np.ones(3), np.zeros(1), 1).max()
+        return sigma
 
     @cached_property
     def _errors(self) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ import numpy as np
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sensor.identification.parameters import CREEP, OF_ROD, parameters_of
+from vibrissa.sensor.identification.parameters import OF_ROD, parameters_of
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
@@ -74,19 +74,16 @@ def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sen
         "stage_angle": -way * changes["eta"] - x1_slope * before,
         "stage_scale": before,
         "length": -eta * changes["eta"] - before - loads * np.array([2.0, 2.0, 1.0]),
-        CREEP: -loads * np.log10(1.0 + PERIODS * ROWS * part),
     }
     for one in PARAMETERS:
-        if one.mixing is not None:
-            changes[one.name] = loads @ one.mixing.T
-        elif one.channel >= 0:
-            changes[one.name] = one.zero(part) * np.eye(3)[one.channel]
+        if one.effect is not None:
+            changes[one.name] = one.effect(loads, part, PERIODS * ROWS)
     shape = (len(end), len(STARTS), len(NODES), 3)
     setup = np.stack([np.broadcast_to(changes[p.name], shape) for p in PARAMETERS], axis=-1)
     # The demand fx/fy at the onset changes with the loads themselves alone.
     fx, fy, _ = np.moveaxis(setup[:, :, -1], 2, 0)
     demand = response.demand(end)[:, None, None]
-    of_loads = ~np.array([one.of_readings for one in PARAMETERS])
+    of_loads = np.array([one.effect is None for one in PARAMETERS])
     friction = of_loads * (fx - demand * fy) / loads[:, :, -1, 1, None]
     return Sensitivity(contact=slope, setup=setup, friction=friction)
 

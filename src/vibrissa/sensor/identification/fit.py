@@ -107,9 +107,8 @@ class Fit:
         forward, blocks = self.forward, self.forward.blocks
         states, x0 = forward.states(self.p, self.u, self.heights)
         slope = forward.loads(self.p, states, x0, 1)
-        miss = blocks.readings - forward.readings(
-            self.p, forward.loads(self.p, states, x0), blocks.row
-        )
+        loads = forward.loads(self.p, states, x0)
+        miss = blocks.readings - forward.readings(self.p, loads)
         weigh = self.noise.weighted
         return weigh(miss, slope, blocks.count), weigh(slope, slope, blocks.count), slope, x0
 

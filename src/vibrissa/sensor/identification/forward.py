@@ -19,7 +19,7 @@ from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.sensor.identification.blocks import Blocks
-from vibrissa.sensor.identification.parameters import CREEP, OF_ROD, Parameter
+from vibrissa.sensor.identification.parameters import OF_ROD, Parameter
 from vibrissa.sensor.identification.slips import Ends
 from vibrissa.sensor.response.branch import Response, responses
 from vibrissa.sensor.response.heights import (
@@ -84,6 +84,16 @@ class Forward:
     def number(self) -> dict[str, int]:
         """Number of each parameter, by its name."""
         return {one.name: k for k, one in enumerate(self.parameters)}
+
+    @property
+    def last(self) -> int:
+        """Number of the last row."""
+        return max(self.rows - 1, 1)
+
+    @property
+    def part(self) -> FloatArray:
+        """Part of the recording before each block, shape (n, 1)."""
+        return self.blocks.row[:, None] / self.last
 
     def _size(self, p: FloatArray, name: str) -> float:
         return float(p[self.number[name]]) if name in self.number else 0.0
@@ -177,21 +187,13 @@ class Forward:
         length = self.way(p).length
         return found * np.array([length**-2, length**-2, 1.0 / length])
 
-    def readings(self, p: FloatArray, loads: FloatArray, row: FloatArray) -> FloatArray:
-        """Return the readings that the transducer gives for loads in rows, shape (n, 3)."""
-        part = row / max(self.rows - 1, 1)
-        zeros, soft = np.zeros_like(loads), np.ones(len(loads))
-        matrix = np.eye(3)
+    def readings(self, p: FloatArray, loads: FloatArray) -> FloatArray:
+        """Return the readings that the transducer gives for the loads of the blocks, (n, 3)."""
+        shown = loads.copy()
         for one, size in zip(self.parameters, p, strict=True):
-            if not size:
-                continue
-            if one.mixing is not None:
-                matrix = matrix + size * one.mixing
-            elif one.channel >= 0:
-                zeros[:, one.channel] += size * one.zero(part)
-            elif one.of == CREEP:
-                soft = 1.0 - size * np.log10(1.0 + row)
-        return np.asarray((loads * soft[:, None]) @ matrix.T + zeros)
+            if one.effect is not None and size:
+                shown += size * one.effect(loads, self.part, self.last)
+        return shown
 
     def friction(self, p: FloatArray, u: FloatArray, heights: HeightRange) -> FloatArray:
         """Friction that the tip needs on the way to its slip, shape (p, 3); up to the lock."""
@@ -208,23 +210,23 @@ class Forward:
         ndarray, shape (k, p)
             Friction in the middle of the step to the slip.
         """
-        count, row = len(p), self.blocks.row
         names = [one.name for one in self.parameters]
         step = np.where([name == "eta" for name in names], self._eta_step, STEP)
         moved = p + np.diag(step)
-        of_rod = [k for k in range(count) if names[k] in OF_ROD]
+        of_rod = [k for k, name in enumerate(names) if name in OF_ROD]
         heights, *others = self.heights(p, *moved[of_rod])
         solved = dict(zip(of_rod, others, strict=True))
         loads = self.loads(p, *self.states(p, u, heights))
-        before, friction = self.readings(p, loads, row), self.friction(p, u, heights)[:, 1]
-        readings, frictions = np.zeros((count, *before.shape)), np.zeros((count, len(u)))
+        before, friction = self.readings(p, loads), self.friction(p, u, heights)[:, 1]
+        readings, frictions = np.zeros((len(p), *before.shape)), np.zeros((len(p), len(u)))
         for k, one in enumerate(self.parameters):
-            after, near = loads, solved.get(k, heights)
-            if not one.of_readings:
-                after = self.loads(moved[k], *self.states(moved[k], u, near))
-                changed = self.friction(moved[k], u, near)[:, 1]
-                frictions[k] = (changed - friction) / step[k]
-            readings[k] = (self.readings(moved[k], after, row) - before) / step[k]
+            if one.effect is not None:
+                readings[k] = one.effect(loads, self.part, self.last)
+                continue
+            near = solved.get(k, heights)
+            after = self.loads(moved[k], *self.states(moved[k], u, near))
+            readings[k] = (self.readings(moved[k], after) - before) / step[k]
+            frictions[k] = (self.friction(moved[k], u, near)[:, 1] - friction) / step[k]
         return readings, frictions
 
     @property

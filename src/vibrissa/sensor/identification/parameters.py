@@ -1,6 +1,6 @@
 """Parameters of the forward model: deviations from the given set-up, 0 as given."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import permutations
 
@@ -36,6 +36,9 @@ MIXING = {
     "moment_origin_x": np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]]),
     "moment_origin_y": np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
 }
+# Change of the readings per unit of a parameter, shape (..., 3): for loads of that shape, the part
+# of the recording before them, shape (..., 1), and the number of its last row.
+Effect = Callable[[FloatArray, FloatArray, int], FloatArray]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -46,10 +49,8 @@ class Parameter:
     ----------
     deviation : float
         Standard deviation of its prior, in units of the rod, rad, or relative; 0 if it is exact.
-    mixing : ndarray, shape (3, 3), or None
-        Part of the loads that the readings show, too.
-    drift : bool
-        Whether the zero changes over the recording: in a line, or in a wave about it.
+    effect : callable, optional
+        Change of the readings of the same loads; None of what changes the loads.
     wave : int
         Number of the half waves of a drift; 0 for all else.
     """
@@ -58,21 +59,8 @@ class Parameter:
     of: str
     deviation: float
     stated: bool = True
-    mixing: FloatArray | None = None
-    channel: int = -1
-    drift: bool = False
+    effect: Effect | None = None
     wave: int = 0
-
-    @property
-    def of_readings(self) -> bool:
-        """Whether it changes the readings of the same loads."""
-        return self.mixing is not None or self.channel >= 0 or self.of == CREEP
-
-    def zero(self, part: FloatArray) -> FloatArray:
-        """Shape of a zero over the recording, of which `part` runs from 0 to 1."""
-        if self.wave:
-            return np.asarray(np.sin(np.pi * self.wave * part))
-        return part if self.drift else np.ones_like(part)
 
 
 def parameters_of(
@@ -86,39 +74,59 @@ def parameters_of(
         Of the channels, of which crosstalk is a part; NaN for one that was not recorded.
     """
     there = np.isfinite(full_scale)
-    found: list[Parameter] = []
-    for name, one in TOLERABLE.items():
-        channel = NEEDS.get(name, one.channel)
-        if name == SLOPE or (channel >= 0 and not there[channel]):
-            continue
-        found += _parts(
-            name, sizes.get(name, 0.0), name in stated, np.where(there, full_scale, 1.0)
+    names = [
+        name
+        for name, one in TOLERABLE.items()
+        if name != SLOPE and (there[channel := NEEDS.get(name, one.channel)] or channel < 0)
+    ]
+    return tuple(
+        Parameter(
+            name=part,
+            of=name,
+            deviation=factor * sizes.get(name, 0.0),
+            stated=name in stated,
+            effect=effect,
+            wave=wave,
         )
-    return tuple(found)
+        for name in names
+        for part, factor, effect, wave in _parts(name, np.where(there, full_scale, 1.0))
+    )
 
 
-def _parts(name: str, size: float, stated: bool, full_scale: FloatArray) -> Iterator[Parameter]:
-    """Parameters of one tolerance: crosstalk has six, and a drift is a Wiener process."""
+def _parts(name: str, full_scale: FloatArray) -> Iterator[tuple[str, float, Effect | None, int]]:
+    """Name, part of the tolerance, effect and wave: crosstalk has six, a drift is Brownian."""
     channel = TOLERABLE[name].channel
     if name == "crosstalk":
         for to, source in permutations(range(3), 2):
-            mixing = np.zeros((3, 3))
-            mixing[to, source] = full_scale[to] / full_scale[source]
-            text = f"crosstalk of {CHANNELS[source]} in {CHANNELS[to]}"
-            yield Parameter(name=text, of=name, deviation=size, stated=stated, mixing=mixing)
+            matrix = np.zeros((3, 3))
+            matrix[to, source] = full_scale[to] / full_scale[source]
+            yield f"crosstalk of {CHANNELS[source]} in {CHANNELS[to]}", 1.0, _mixed(matrix), 0
     elif name.startswith("drift_"):
-        for wave in range(WAVES + 1):
-            yield Parameter(
-                name=f"{name}, wave {wave}" if wave else name,
-                of=name,
-                deviation=size * np.sqrt(2.0) / (np.pi * wave) if wave else size,
-                stated=stated,
-                channel=channel,
-                drift=True,
-                wave=wave,
-            )
+        yield name, 1.0, _zero(channel, np.asarray), 0
+        for wave in range(1, WAVES + 1):
+            factor, effect = np.sqrt(2.0) / (np.pi * wave), _zero(channel, _half_waves(wave))
+            yield f"{name}, wave {wave}", factor, effect, wave
+    elif channel >= 0:
+        yield name, 1.0, _zero(channel, np.ones_like), 0
+    elif name == CREEP:
+        yield name, 1.0, _creeping, 0
     else:
-        mixing_of = MIXING.get(name)
-        yield Parameter(
-            name=name, of=name, deviation=size, stated=stated, mixing=mixing_of, channel=channel
-        )
+        yield name, 1.0, _mixed(MIXING[name]) if name in MIXING else None, 0
+
+
+def _mixed(matrix: FloatArray) -> Effect:
+    """Effect of a matrix: parts of the loads that the readings show, too."""
+    return lambda loads, part, last: loads @ matrix.T
+
+
+def _zero(channel: int, shape: Callable[[FloatArray], FloatArray]) -> Effect:
+    """Effect of a zero that has a shape over the recording."""
+    return lambda loads, part, last: shape(part) * np.eye(3)[channel]
+
+
+def _half_waves(number: int) -> Callable[[FloatArray], FloatArray]:
+    return lambda part: np.sin(np.pi * number * part)
+
+
+def _creeping(loads: FloatArray, part: FloatArray, last: int) -> FloatArray:
+    return np.asarray(-loads * np.log10(1.0 + part * last))

@@ -299,16 +299,13 @@ def _effects(
     # A moment that was not recorded is taken as that of full scale, of which crosstalk is a part.
     whole = np.nan_to_num(moment, nan=1.0)
     loads[:, MOMENT] = np.nan_to_num(loads[:, MOMENT], nan=whole)
-    sign = slipped.ends.sign
-    ratio, part = sign * onsets.along[:, 1], ends / max(len(recording) - 1, 1)
+    sign, last = slipped.ends.sign, max(len(recording) - 1, 1)
+    ratio = sign * onsets.along[:, 1]
     found = np.zeros((len(ends), len(parameters)))
-    for k, one in enumerate(parameters):
-        error = np.zeros_like(loads)
-        if one.mixing is not None:
-            error = loads @ one.mixing.T
-        else:
-            error[:, one.channel] = one.zero(part)
-        found[:, k] = -sign * (error[:, 0] - ratio * error[:, 1]) / loads[:, 1]
+    for column, one in zip(found.T, parameters, strict=True):
+        if one.effect is not None:
+            fx, fy, _ = one.effect(loads, ends[:, None] / last, last).T
+            column[:] = -sign * (fx - ratio * fy) / loads[:, 1]
     return np.nan_to_num(found)
 
 
