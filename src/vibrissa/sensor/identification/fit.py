@@ -14,10 +14,10 @@ from scipy.optimize import lsq_linear
 from scipy.special import chdtrc
 
 from vibrissa.errors import NoResponseError
-from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.sensor.identification.forward import Forward
-from vibrissa.sensor.identification.slope import PLANE, Slope
-from vibrissa.sensor.response.heights import HIGHEST, LOWEST, HeightRange
+from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.identification.forward import Forward, SetUp
+from vibrissa.sensor.identification.task import Task
+from vibrissa.sensor.response.heights import HIGHEST, LOWEST
 
 # Gauss-Newton steps to the contacts of the periods, at first and beside some that are known.
 FIRST_STEPS, STEPS = 8, 3
@@ -31,26 +31,6 @@ UNLIKELY, MOST_ALONE = 1e-9, 0.5
 
 # The heights of at most so many tips are compared.
 MOST_HEIGHTS = 500
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Noise:
-    """Noise of the channels that are used, and of the positions."""
-
-    used: list[int]
-    reading: FloatArray
-    position: float = 0.0
-
-    def weighted(self, values: FloatArray, slope: FloatArray, count: IntArray) -> FloatArray:
-        """Values of shape (..., n, 3) in standard deviations, shape (..., n, c)."""
-        scaled = values[..., self.used] / self.reading * np.sqrt(count)[:, None]
-        if not self.position:
-            return np.asarray(scaled)
-        along = slope[:, self.used] / self.reading
-        square = np.maximum((along**2).sum(axis=1), TINY)
-        less = (1.0 / np.sqrt(1.0 + self.position**2 * square) - 1.0) / square
-        part = (scaled * along).sum(axis=-1) * less
-        return np.asarray(scaled + part[..., None] * along)
 
 
 class Changes(NamedTuple):
@@ -73,77 +53,93 @@ class Changes(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fit:
-    """A set-up p, the contacts u with it, and how the residuals change.
+    """A set-up, the contacts u with it, and how the residuals change.
 
     Attributes
     ----------
-    p : ndarray, shape (k,)
     u : ndarray, shape (p,)
         x0 in the last sample of each period (L).
     kept : ndarray of bool, shape (p,)
         Periods to which the set-up was fitted.
     settled : bool
-        Whether the fit has converged; otherwise p = 0, the given set-up.
-    slope : Slope
-        Local slope of the surface: each tip may be higher or lower by what it adds up to.
+        Whether the fit has converged; otherwise it is the given set-up.
     """
 
-    forward: Forward
-    noise: Noise
-    p: FloatArray
+    set_up: SetUp
     u: FloatArray
     kept: BoolArray
     settled: bool = True
-    slope: Slope = PLANE
-
-    @cached_property
-    def heights(self) -> HeightRange:
-        """The rod at all heights."""
-        return self.forward.heights(self.p)[0]
-
-    @cached_property
-    def _seen(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Residuals and their slopes over u in standard deviations, and what gave them."""
-        forward, blocks = self.forward, self.forward.blocks
-        states, x0 = forward.states(self.p, self.u, self.heights)
-        slope = forward.loads(self.p, states, x0, 1)
-        loads = forward.loads(self.p, states, x0)
-        miss = blocks.readings - forward.readings(self.p, loads)
-        weigh = self.noise.weighted
-        return weigh(miss, slope, blocks.count), weigh(slope, slope, blocks.count), slope, x0
 
     @property
+    def forward(self) -> Forward:
+        """The forward model."""
+        return self.set_up.forward
+
+    @property
+    def task(self) -> Task:
+        """Recording, noise and tolerances."""
+        return self.forward.task
+
+    @property
+    def p(self) -> FloatArray:
+        """Deviations from the given set-up, shape (k,)."""
+        return self.set_up.p
+
+    def _weighted(self, values: FloatArray, slope: FloatArray) -> FloatArray:
+        """Values of shape (..., n, 3) in standard deviations, shape (..., n, c)."""
+        used, count, position = self.task.used, self.forward.blocks.count, self.task.position
+        noise = self.task.noise[used]
+        scaled = values[..., used] / noise * np.sqrt(count)[:, None]
+        if not position:
+            return np.asarray(scaled)
+        # Noise of the position is one of the readings along their slope.
+        along = slope[:, used] / noise
+        square = np.maximum((along**2).sum(axis=1), TINY)
+        less = (1.0 / np.sqrt(1.0 + position**2 * square) - 1.0) / square
+        part = (scaled * along).sum(axis=-1) * less
+        return np.asarray(scaled + part[..., None] * along)
+
+    @cached_property
+    def _slope(self) -> FloatArray:
+        """Change of the loads over u, shape (n, 3)."""
+        return self.set_up.loads(*self.set_up.states(self.u), order=1)
+
+    @cached_property
+    def slope(self) -> FloatArray:
+        """The same in standard deviations, shape (n, c)."""
+        return self._weighted(self._slope, self._slope)
+
+    @cached_property
     def residuals(self) -> FloatArray:
         """Residuals in standard deviations, shape (n, c)."""
-        return self._seen[0]
+        loads = self.set_up.loads(*self.set_up.states(self.u))
+        miss = self.forward.blocks.readings - self.set_up.readings(loads)
+        return self._weighted(miss, self._slope)
 
     @cached_property
     def known(self) -> FloatArray:
         """Inverse variance of each u for a known set-up, shape (p,)."""
-        slope = self._seen[1]
-        return np.maximum(self.forward.blocks.sums((slope**2).sum(axis=1)), TINY)
+        return np.maximum(self.forward.blocks.sums((self.slope**2).sum(axis=1)), TINY)
 
     def contacts(self, steps: int) -> "Fit":
-        """Find the best u for this p."""
+        """Find the best u for this set-up."""
         fit = self
         for _ in range(steps):
-            miss, slope, *_ = fit._seen
-            step = fit.forward.blocks.sums((miss * slope).sum(axis=1)) / fit.known
+            step = fit.forward.blocks.sums((fit.residuals * fit.slope).sum(axis=1)) / fit.known
             fit = replace(fit, u=fit.u + step)
         return fit
 
     @cached_property
     def by_setup(self) -> Changes:
         """What changes per unit of each parameter."""
-        blocks = self.forward.blocks
-        _, slope, of_one, _ = self._seen
-        readings, friction = self.forward.changes(self.p, self.u)
-        found = self.noise.weighted(readings, of_one, blocks.count)
+        blocks, slope = self.forward.blocks, self.slope
+        readings, friction = self.set_up.changes(self.u)
+        found = self._weighted(readings, self._slope)
         moves = -np.stack([blocks.sums((one * slope).sum(axis=1)) for one in found], axis=1)
         moves /= self.known[:, None]
         for one, moved in zip(found, moves.T, strict=True):
             one += slope * moved[blocks.period][:, None]
-        return Changes(found, moves, friction.T)
+        return Changes(readings=found, u=moves, friction=friction.T)
 
     @cached_property
     def rows(self) -> BoolArray:
@@ -197,7 +193,7 @@ class Fit:
     @property
     def degrees(self) -> int:
         """Degrees of freedom of the periods that are kept."""
-        return int(self.rows.sum()) * len(self.noise.used) - int(self.kept.sum())
+        return int(self.rows.sum()) * len(self.task.used) - int(self.kept.sum())
 
     @cached_property
     def squares(self) -> FloatArray:
@@ -214,7 +210,7 @@ class Fit:
     @cached_property
     def misfits(self) -> FloatArray:
         """Squares of each period, less what its height explains if the surface has slopes, (p,)."""
-        if not self.slope.deviation:
+        if not self.task.slope.deviation:
             return self.squares
         height, variance = self.heights_of_tips
         return np.asarray(self.squares - height**2 / variance)
@@ -222,12 +218,12 @@ class Fit:
     @cached_property
     def unevenness(self) -> tuple[float, int]:
         """χ² of the heights of the tips for the slope that is allowed, and how many they are."""
-        if not self.slope.deviation:
+        if not self.task.slope.deviation:
             return 0.0, 0
         kept = np.flatnonzero(self.kept)
         some = kept[:: -(-len(kept) // MOST_HEIGHTS)]
         height, variance = (one[some] for one in self.heights_of_tips)
-        allowed = self.slope.heights(self.forward.ends.clamp[some]) + np.diag(variance)
+        allowed = self.task.slope.heights(self.forward.ends.clamp[some]) + np.diag(variance)
         return float(height @ np.linalg.solve(allowed, height)), len(some)
 
     @property
@@ -240,26 +236,20 @@ class Fit:
     def fits_alone(self) -> BoolArray:
         """Which periods fit one contact by themselves, shape (p,)."""
         blocks = np.bincount(self.forward.blocks.period)
-        free = 2 if self.slope.deviation else 1
-        chance = chdtrc(np.maximum(len(self.noise.used) * blocks - free, 1), self.misfits)
+        free = 2 if self.task.slope.deviation else 1
+        chance = chdtrc(np.maximum(len(self.task.used) * blocks - free, 1), self.misfits)
         return np.asarray(chance >= UNLIKELY)
 
 
-def started(forward: Forward, noise: Noise, nearest: FloatArray, slope: Slope) -> Fit:
+def started(forward: Forward, nearest: FloatArray) -> Fit:
     """Start of the fit: the given set-up, and the x0 of the states nearest to the blocks."""
-    none = np.zeros(len(forward.parameters))
+    (set_up,) = forward.at(np.zeros(len(forward.parameters)))
     periods = len(forward.ends)
     # With u = 0 each block has the displacement that it has less than the last sample.
-    _, before = forward.states(none, np.zeros(periods), forward.heights(none)[0])
+    _, before = set_up.states(np.zeros(periods))
     apart = np.split(nearest - before, forward.blocks.starts[1:])
-    return Fit(
-        forward=forward,
-        noise=noise,
-        p=none,
-        u=np.array([np.median(of_one) for of_one in apart]),
-        kept=np.ones(periods, dtype=bool),
-        slope=slope,
-    ).contacts(FIRST_STEPS)
+    u = np.array([np.median(of_one) for of_one in apart])
+    return Fit(set_up=set_up, u=u, kept=np.ones(periods, dtype=bool)).contacts(FIRST_STEPS)
 
 
 def fitted(start: Fit) -> Fit:
@@ -304,7 +294,8 @@ def _better(fit: Fit) -> Fit | None:
         p = fit.p.copy()
         p[fit.free] = sigma * np.clip(fit.scores + part * step, low, high)
         try:
-            other = replace(fit, p=p).contacts(STEPS)
+            (set_up,) = fit.forward.at(p)
+            other = replace(fit, set_up=set_up).contacts(STEPS)
             if other.total <= fit.total * (1.0 + SETTLED):
                 return other
         except NoResponseError:

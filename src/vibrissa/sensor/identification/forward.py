@@ -11,7 +11,7 @@ are those of the rod; the transducer shows (1 + Σ p_k·M_k)·R and its zeros.
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,8 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.parameters import OF_ROD, Parameter
-from vibrissa.sensor.identification.slips import Ends
+from vibrissa.sensor.identification.slips import Ends, speed_of
+from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.response.branch import Response, responses
 from vibrissa.sensor.response.heights import (
     HIGHEST,
@@ -39,8 +40,7 @@ FEW, WIDE, ROOM = 4, 0.3, 0.03
 STEP, STEP_IN_GAP = 1e-4, 1e-3
 
 
-@dataclass(frozen=True, kw_only=True)
-class Way:
+class Way(NamedTuple):
     """How the clamp passes the surface, all in units of the rod.
 
     Attributes
@@ -58,42 +58,48 @@ class Way:
     scale: float
     length: float
 
+    def height(self, clamp: FloatArray) -> FloatArray:
+        """Height of the surface above the clamp (L)."""
+        return self.eta - self.scale * clamp * np.sin(self.angle)
+
+    def along(self, clamp: FloatArray) -> FloatArray:
+        """Way along the surface (L)."""
+        return self.scale * clamp * np.cos(self.angle)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Forward:
-    """Forward model of one recording.
+    """Forward model of a recording of a rod, which is that of the given set-up."""
 
-    Attributes
-    ----------
-    speed : ndarray
-        Way of the clamp per sample at each block (L).
-    delay : float
-        By which the readings are known to lag, in samples.
-    """
-
+    task: Task
     whisker: Whisker
-    parameters: tuple[Parameter, ...]
-    blocks: Blocks
-    speed: FloatArray
-    ends: Ends
-    rows: int
-    delay: float = 0.0
     _solved: dict[Any, HeightRange] = field(default_factory=dict)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Deviations from the given set-up."""
+        return self.task.parameters
+
+    @property
+    def blocks(self) -> Blocks:
+        """The recording condensed."""
+        return self.task.blocks
+
+    @property
+    def ends(self) -> Ends:
+        """How the periods end."""
+        return self.task.slipped.ends
+
+    @cached_property
+    def clamp(self) -> FloatArray:
+        """Positions of the clamp that the readings of the blocks show, shape (n,)."""
+        speed = speed_of(self.task.slipped.recording.clamp)
+        return self.blocks.clamp - self.task.delay * speed[self.blocks.row.astype(int)]
 
     @cached_property
     def number(self) -> dict[str, int]:
         """Number of each parameter, by its name."""
         return {one.name: k for k, one in enumerate(self.parameters)}
-
-    @property
-    def last(self) -> int:
-        """Number of the last row."""
-        return max(self.rows - 1, 1)
-
-    @property
-    def part(self) -> FloatArray:
-        """Part of the recording before each block, shape (n, 1)."""
-        return self.blocks.row[:, None] / self.last
 
     def _size(self, p: FloatArray, name: str) -> float:
         return float(p[self.number[name]]) if name in self.number else 0.0
@@ -108,7 +114,7 @@ class Forward:
             length=length,
         )
 
-    def rod(self, p: FloatArray) -> Whisker:
+    def _rod(self, p: FloatArray) -> Whisker:
         """Make the rod itself; its height and its way are in `way`."""
         given = self.whisker.mounting
         first, *others = np.atleast_1d(np.asarray(given.curvature, dtype=float)).tolist()
@@ -123,9 +129,16 @@ class Forward:
         theta = self.whisker.theta + self._size(p, "theta")
         return replace(self.whisker, theta=theta, mounting=mounting)
 
-    def heights(self, *sets: FloatArray) -> list[HeightRange]:
-        """Solve the rods of several sets of parameters together, at the heights that they pass."""
-        plans = [(self.rod(p), self._nodes(self.way(p))) for p in sets]
+    def at(self, *sets: FloatArray) -> list["SetUp"]:
+        """Solve the rods of several set-ups together, at the heights that they pass.
+
+        Raises
+        ------
+        NoResponseError
+            If one of them has no response.
+        """
+        ways = [self.way(p) for p in sets]
+        plans = [(self._rod(p), self._nodes(way)) for p, way in zip(sets, ways, strict=True)]
         keys = [(rod.theta, rod.mounting, nodes.tobytes()) for rod, nodes in plans]
         new = {key: plan for key, plan in zip(keys, plans, strict=True) if key not in self._solved}
         rods = [
@@ -135,12 +148,14 @@ class Forward:
         for key, (_, nodes) in new.items():
             parts = tuple(_part(part, [next(solved) for _ in part]) for part in nodes)
             self._solved[key] = HeightRange(parts=parts)
-        return [self._solved[key] for key in keys]
+        return [
+            SetUp(forward=self, p=p, way=way, heights=self._solved[key])
+            for p, way, key in zip(sets, ways, keys, strict=True)
+        ]
 
     def _nodes(self, way: Way) -> FloatArray:
         """Heights at which a rod is solved, a row for each part of their range (L)."""
-        clamp = np.append(self.blocks.clamp, self.ends.clamp + self.ends.gap)
-        height = way.eta - way.scale * clamp * np.sin(way.angle)
+        height = way.height(np.append(self.blocks.clamp, self.ends.clamp + self.ends.gap))
         room = ROOM * (1.0 - float(height.max()))
         low = max(float(height.min()) - room, LOWEST)
         high = min(float(height.max()) + room, HIGHEST)
@@ -148,60 +163,66 @@ class Forward:
         edges = np.linspace(low, high, number + 1)
         return np.asarray(edges[:-1, None] + np.diff(edges)[:, None] * chebyshev_nodes(FEW))
 
-    def states(
-        self, p: FloatArray, u: FloatArray, heights: HeightRange
-    ) -> tuple[HeightStates, FloatArray]:
-        """States of the rod in all blocks, and their displacements x0 (L)."""
-        states, along = self._at(self.blocks.clamp - self.delay * self.speed, p, heights)
-        place = self.contact(p, u, heights)[self.blocks.period]
-        return states, along + states.x1_init - place
 
-    def _at(
-        self, clamp: FloatArray, p: FloatArray, heights: HeightRange
-    ) -> tuple[HeightStates, FloatArray]:
-        """States at clamp positions, and the way along the surface."""
-        way = self.way(p)
-        moved = way.scale * clamp
-        return heights.states(way.eta - moved * np.sin(way.angle)), moved * np.cos(way.angle)
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SetUp:
+    """A set-up p, and the rod at all heights that its stage passes.
 
-    def contact(self, p: FloatArray, u: FloatArray, heights: HeightRange) -> FloatArray:
+    Contacts `u`, shape (p,), are displacements x0 in the last samples of the periods (L).
+    """
+
+    forward: Forward
+    p: FloatArray
+    way: Way
+    heights: HeightRange
+
+    def contact(self, u: FloatArray) -> FloatArray:
         """Position of the tip in each period, along the surface (L)."""
-        states, along = self._at(self.ends.clamp, p, heights)
-        return np.asarray(along + states.x1_init - u)
+        clamp = self.forward.ends.clamp
+        x1_init = self.heights.states(self.way.height(clamp)).x1_init
+        return np.asarray(self.way.along(clamp) + x1_init - u)
 
-    def onset(
-        self, p: FloatArray, u: FloatArray, heights: HeightRange
-    ) -> tuple[HeightStates, FloatArray]:
+    def _at(self, clamp: FloatArray, contact: FloatArray) -> tuple[HeightStates, FloatArray]:
+        """States at clamp positions, and displacements, with the tip at given places."""
+        states = self.heights.states(self.way.height(clamp))
+        return states, self.way.along(clamp) + states.x1_init - contact
+
+    def states(self, u: FloatArray) -> tuple[HeightStates, FloatArray]:
+        """States of the rod in all blocks, and their displacements x0 (L)."""
+        return self._at(self.forward.clamp, self.contact(u)[self.forward.blocks.period])
+
+    def onset(self, u: FloatArray) -> tuple[HeightStates, FloatArray]:
         """States and displacements with the clamp on its way to the slip, shape (p, 3)."""
-        ends = self.ends
+        ends = self.forward.ends
         clamp = ends.clamp[:, None] + ends.gap[:, None] * np.array([0.0, 0.5, 1.0])
-        states, along = self._at(clamp, p, heights)
-        return states, along + states.x1_init - self.contact(p, u, heights)[:, None]
+        return self._at(clamp, self.contact(u)[:, None])
 
-    def loads(
-        self, p: FloatArray, states: HeightStates, x0: FloatArray, order: int = 0
-    ) -> FloatArray:
+    def friction(self, u: FloatArray) -> FloatArray:
+        """Friction that the tip needs on the way to its slip, shape (p, 3); up to the lock."""
+        states, x0 = self.onset(u)
+        x0 = np.clip(x0, states.x0_pull, states.x0_lock)
+        return np.asarray(self.forward.ends.sign[:, None] * states.demand(x0))
+
+    def loads(self, states: HeightStates, x0: FloatArray, order: int = 0) -> FloatArray:
         """Give the loads in units of the given rod, or their slopes over x0, (n, 3)."""
-        at = states.clip(x0)
-        found = states.slope(at) if order else states(at)
-        length = self.way(p).length
-        return found * np.array([length**-2, length**-2, 1.0 / length])
+        at, length = states.clip(x0), self.way.length
+        return states.derivative(at, order) * np.array([length**-2, length**-2, 1.0 / length])
 
-    def readings(self, p: FloatArray, loads: FloatArray) -> FloatArray:
+    @property
+    def _rows(self) -> tuple[FloatArray, int]:
+        """Part of the recording before each block, shape (n, 1), and the number of the last row."""
+        last = self.forward.task.slipped.last
+        return self.forward.blocks.row[:, None] / last, last
+
+    def readings(self, loads: FloatArray) -> FloatArray:
         """Return the readings that the transducer gives for the loads of the blocks, (n, 3)."""
-        shown = loads.copy()
-        for one, size in zip(self.parameters, p, strict=True):
+        shown, rows = loads.copy(), self._rows
+        for one, size in zip(self.forward.parameters, self.p, strict=True):
             if one.effect is not None and size:
-                shown += size * one.effect(loads, self.part, self.last)
+                shown += size * one.effect(loads, *rows)
         return shown
 
-    def friction(self, p: FloatArray, u: FloatArray, heights: HeightRange) -> FloatArray:
-        """Friction that the tip needs on the way to its slip, shape (p, 3); up to the lock."""
-        states, x0 = self.onset(p, u, heights)
-        x0 = np.clip(x0, states.x0_pull, states.x0_lock)
-        return np.asarray(self.ends.sign[:, None] * states.demand(x0))
-
-    def changes(self, p: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def changes(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Differentiate readings and friction over each parameter, with the u of each period.
 
         Returns
@@ -210,28 +231,25 @@ class Forward:
         ndarray, shape (k, p)
             Friction in the middle of the step to the slip.
         """
-        names = [one.name for one in self.parameters]
-        step = np.where([name == "eta" for name in names], self._eta_step, STEP)
-        moved = p + np.diag(step)
-        of_rod = [k for k, name in enumerate(names) if name in OF_ROD]
-        heights, *others = self.heights(p, *moved[of_rod])
-        solved = dict(zip(of_rod, others, strict=True))
-        loads = self.loads(p, *self.states(p, u, heights))
-        before, friction = self.readings(p, loads), self.friction(p, u, heights)[:, 1]
-        readings, frictions = np.zeros((len(p), *before.shape)), np.zeros((len(p), len(u)))
-        for k, one in enumerate(self.parameters):
+        forward, loads = self.forward, self.loads(*self.states(u))
+        parameters, rows = forward.parameters, self._rows
+        before, friction = self.readings(loads), self.friction(u)[:, 1]
+        readings = np.zeros((len(parameters), *before.shape))
+        frictions = np.zeros((len(parameters), len(u)))
+        step = np.full(len(parameters), STEP)
+        step[forward.number["eta"]] = -STEP_IN_GAP * (1.0 - forward.whisker.eta)
+        moved = self.p + np.diag(step)
+        of_rod = [k for k, one in enumerate(parameters) if one.name in OF_ROD]
+        solved = dict(zip(of_rod, forward.at(*moved[of_rod]), strict=True))
+        for k, one in enumerate(parameters):
             if one.effect is not None:
-                readings[k] = one.effect(loads, self.part, self.last)
+                readings[k] = one.effect(loads, *rows)
                 continue
-            near = solved.get(k, heights)
-            after = self.loads(moved[k], *self.states(moved[k], u, near))
-            readings[k] = (self.readings(moved[k], after) - before) / step[k]
-            frictions[k] = (self.friction(moved[k], u, near)[:, 1] - friction) / step[k]
+            near = solved.get(k) or replace(self, p=moved[k], way=forward.way(moved[k]))
+            after = near.loads(*near.states(u))
+            readings[k] = (near.readings(after) - before) / step[k]
+            frictions[k] = (near.friction(u)[:, 1] - friction) / step[k]
         return readings, frictions
-
-    @property
-    def _eta_step(self) -> float:
-        return -STEP_IN_GAP * (1.0 - self.whisker.eta)
 
 
 def _part(heights: FloatArray, branches: list[Response]) -> Heights:

@@ -112,16 +112,14 @@ class Goodness:
     uneven: bool = False
 
     @classmethod
-    def of(cls, fit: Fit, noise_is_given: bool) -> "Goodness":
+    def of(cls, fit: Fit) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
-        channels = len(fit.noise.used)
         heights, number = fit.unevenness
+        differences = len(fit.task.slipped.recording) * len(fit.task.used)
         return cls(
             chi2=fit.misfit - heights,
             degrees=fit.degrees - number,
-            noise_degrees=np.inf
-            if noise_is_given
-            else fit.forward.rows * channels * PER_DIFFERENCE,
+            noise_degrees=np.inf if fit.task.noise_is_given else PER_DIFFERENCE * differences,
             uneven=number > 0 and chdtrc(number, heights) < LEVEL,
         )
 

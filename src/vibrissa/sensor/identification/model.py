@@ -6,8 +6,7 @@ import numpy as np
 
 from vibrissa.errors import WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.identification.blocks import condensed
-from vibrissa.sensor.identification.fit import Fit, Noise, fitted, started
+from vibrissa.sensor.identification.fit import Fit, fitted, started
 from vibrissa.sensor.identification.forward import Forward
 from vibrissa.sensor.identification.goodness import Goodness, causes_of, tolerances_of
 from vibrissa.sensor.identification.mixing import MISFIT, NearestStates
@@ -20,7 +19,6 @@ from vibrissa.sensor.identification.periods import (
     periods_of,
 )
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.slips import Slipped, speed_of
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation, summary_of
 from vibrissa.sensor.transducer import CHANNELS
@@ -63,25 +61,15 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
         If the rod has no response.
     """
     slipped = task.slipped
-    blocks = condensed(slipped.recording, slipped.spans)
-    forward = Forward(
-        whisker=whisker,
-        parameters=task.parameters,
-        blocks=blocks,
-        speed=speed_of(slipped.recording.clamp)[blocks.row.astype(int)],
-        ends=slipped.ends,
-        rows=len(slipped.recording),
-        delay=task.delay,
-    )
-    noise = Noise(used=task.used, reading=task.noise[task.used], position=slipped.position)
-    start = started(forward, noise, nearest(blocks.readings)[0], task.slope)
-    _check_states(start, nearest, slipped)
+    forward = Forward(task=task, whisker=whisker)
+    start = started(forward, nearest(forward.blocks.readings)[0])
+    _check_states(start, nearest)
     fit = fitted(start)
-    goodness = Goodness.of(fit, task.noise_is_given)
+    goodness = Goodness.of(fit)
     free = [one for one in fit.forward.parameters if one.deviation > 0.0]
     tolerances = tolerances_of(free, fit.p[fit.free], fit.covariance)
     doubted = not (goodness.fits and fit.settled) or any(one.far for one in tolerances)
-    periods = read_periods(fit, slipped)
+    periods = read_periods(fit)
     found = Identification(
         periods=periods.doubted(*checks_of_spans(slipped.clamp, slipped.spans)),
         units=task.units,
@@ -93,7 +81,7 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
         causes=causes_of(fit, goodness.fits) if doubted else (),
     )
     return found.doubted(
-        *_checks(fit, slipped, periods), *([unfitted(found, fit.settled)] if doubted else [])
+        *_checks(fit, periods), *([unfitted(found, fit.settled)] if doubted else [])
     )
 
 
@@ -108,7 +96,7 @@ def unfitted(found: Identification, settled: bool = True) -> Check:
     return Check(Grade.DOUBTFUL, np.full(len(found.periods), True), why, summed=settled)
 
 
-def _check_states(fit: Fit, nearest: NearestStates, slipped: Slipped) -> None:
+def _check_states(fit: Fit, nearest: NearestStates) -> None:
     """Refuse a recording most of whose samples are no states of the rod."""
     blocks = fit.forward.blocks
     squares = (fit.residuals**2).sum(axis=1) / blocks.count
@@ -116,45 +104,45 @@ def _check_states(fit: Fit, nearest: NearestStates, slipped: Slipped) -> None:
     off = squares > np.maximum(MISFIT, MOST_MISFIT**2 * size)
     part = float(blocks.count[off].sum() / blocks.count.sum())
     if part > MOST_OFF:
-        first = slipped.recording.line[int(blocks.row[off][0])]
+        first = fit.task.slipped.recording.line[int(blocks.row[off][0])]
         raise WrongRodError(
             f"{part:.0%} of the samples are no state of this rod, first in line {first}: check "
             "rod, height, units, zero and noise"
         )
 
 
-def _checks(fit: Fit, slipped: Slipped, periods: Periods) -> list[Check]:
+def _checks(fit: Fit, periods: Periods) -> list[Check]:
     """Check whether the readings fit the rod, and the slips go with the clamp."""
     worst = fit.forward.blocks.sums(fit.residuals**2).argmax(axis=1)
-    contact = fit.forward.contact(fit.p, fit.u, fit.heights)
-    own = np.hypot(fit.known**-0.5, slipped.position)
+    contact = fit.set_up.contact(fit.u)
+    own = np.hypot(fit.known**-0.5, fit.task.position)
     way = np.diff(contact) * fit.forward.ends.sign[:-1]
     stays = way < CERTAIN * np.hypot(own[1:], own[:-1])
-    against = np.append(stays & ~slipped.spans.passes[:-1], False)
+    against = np.append(stays & ~fit.task.slipped.spans.passes[:-1], False)
     against |= periods.status == PeriodStatus.BEYOND
     why = "does not fit a tip that stays where it is; after slow slips state --slip-time"
     return [
         *(
             Check(Grade.WRONG, ~fit.fits_alone & (worst == number), f"{CHANNELS[channel]} {why}")
-            for number, channel in enumerate(fit.noise.used)
+            for number, channel in enumerate(fit.task.used)
         ),
         Check(Grade.WRONG, against, "the tip cannot slip in this direction"),
     ]
 
 
-def read_periods(fit: Fit, slipped: Slipped) -> Periods:
+def read_periods(fit: Fit) -> Periods:
     """Read the friction of the periods."""
-    forward, opened = fit.forward, slipped.spans.opened
-    states, x0 = forward.onset(fit.p, fit.u, fit.heights)
+    slipped, forward = fit.task.slipped, fit.forward
+    states, x0 = fit.set_up.onset(fit.u)
     slope = states.demand_slope(np.clip(x0, states.x0_pull, states.x0_lock))[:, 1]
     slope *= forward.ends.sign
-    own = _own(fit, slipped.position)
+    own = _own(fit)
     by_noise = np.abs(slope) * own
     effects = fit.by_setup.friction + slope[:, None] * fit.by_setup.u
     by_height, left = _by_height(fit, effects[:, forward.number["eta"]])
     effects = effects[:, fit.free]
     common = common_deviation(effects, fit.covariance)
-    along = forward.friction(fit.p, fit.u, fit.heights)
+    along = fit.set_up.friction(fit.u)
     # The tip cannot have slipped past the lock, or loaded against the motion.
     first, last = np.sort(x0, axis=1)[:, [0, -1]].T
     possible = last + HALF_WIDTH * own > states.x0_pull[:, 1]
@@ -164,6 +152,7 @@ def read_periods(fit: Fit, slipped: Slipped) -> Periods:
     found = summary_of(along, np.hypot(np.hypot(by_noise, left), common))
     least, past = _least(fit, own)
     least += by_height - HALF_WIDTH * common
+    opened = slipped.spans.opened
     # Pulled back from past the lock a tip slips after all, but not pushed on.
     locked = slipped.spans.swung | (past & (opened | (forward.ends.sign > 0.0)))
     # A tip that has stuck with more friction than that at which it slipped did not slip.
@@ -174,22 +163,22 @@ def read_periods(fit: Fit, slipped: Slipped) -> Periods:
         PeriodStatus.SLIP,
     )
     periods = periods_of(slipped, status, found, least, common, effects)
-    return replace(periods, contact=forward.contact(fit.p, fit.u, fit.heights))
+    return replace(periods, contact=fit.set_up.contact(fit.u))
 
 
-def _own(fit: Fit, position: float) -> FloatArray:
+def _own(fit: Fit) -> FloatArray:
     """Return the standard deviation of the last x0 of each period for a known set-up, (p,)."""
     # Behind a filter the beginning of a slip is hidden in noise, for up to its delay.
-    late = fit.forward.delay * fit.forward.ends.speed / np.sqrt(12.0)
-    return np.sqrt(1.0 / fit.known + position**2 / 2.0 + late**2)
+    late = fit.task.delay * fit.forward.ends.speed / np.sqrt(12.0)
+    return np.sqrt(1.0 / fit.known + fit.task.position**2 / 2.0 + late**2)
 
 
 def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Change of μ0 by the height of each tip on the surface, and its standard deviation."""
-    if not (fit.slope.deviation and fit.settled):
+    if not (fit.task.slope.deviation and fit.settled):
         return np.zeros(len(fit.u)), np.zeros(len(fit.u))
     height, variance = fit.heights_of_tips
-    allowed = fit.slope.rise(np.ptp(fit.forward.ends.clamp))
+    allowed = fit.task.slope.rise(np.ptp(fit.forward.ends.clamp))
     part = allowed / (allowed + variance)
     return effect * part * height, np.abs(effect) * np.sqrt(part * variance)
 
@@ -200,7 +189,7 @@ def _least(fit: Fit, own: FloatArray) -> tuple[FloatArray, BoolArray]:
     NaN where a state is none of the rod.
     """
     blocks = fit.forward.blocks
-    states, x0 = fit.forward.states(fit.p, fit.u, fit.heights)
+    states, x0 = fit.set_up.states(fit.u)
     wide = HALF_WIDTH * own[blocks.period]
     none = (x0 - wide > states.x0_end) | (x0 + wide < states.x0_pull)
     # Pushed states need at least what those a little before them do.

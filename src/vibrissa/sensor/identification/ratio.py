@@ -18,7 +18,7 @@ from scipy.special import chdtrc
 from vibrissa.errors import MixedColumnsError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.blocks import Blocks, condensed
+from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.goodness import tolerances_of
 from vibrissa.sensor.identification.parameters import BEARING, Parameter
 from vibrissa.sensor.identification.periods import (
@@ -261,9 +261,7 @@ def read_ratio(task: Task) -> Identification:
     forces, noise = recording.readings[:, FORCES], task.noise[FORCES]
     check_forces(forces, noise)
     ends = replace(ends, gap=np.where(spans.cut, 0.0, ends.gap))
-    onsets = read_onsets(
-        condensed(recording, spans), noise, ends, task.delay * ends.speed, slipped.position
-    )
+    onsets = read_onsets(task.blocks, noise, ends, task.delay * ends.speed, slipped.position)
     parameters = [one for one in task.parameters if one.of in BEARING and one.deviation > 0.0]
     # How the forces curve is an error of all periods, too.
     effects = _effects(slipped, onsets, parameters, task.full_scale[MOMENT])
@@ -299,7 +297,7 @@ def _effects(
     # A moment that was not recorded is taken as that of full scale, of which crosstalk is a part.
     whole = np.nan_to_num(moment, nan=1.0)
     loads[:, MOMENT] = np.nan_to_num(loads[:, MOMENT], nan=whole)
-    sign, last = slipped.ends.sign, max(len(recording) - 1, 1)
+    sign, last = slipped.ends.sign, slipped.last
     ratio = sign * onsets.along[:, 1]
     found = np.zeros((len(ends), len(parameters)))
     for column, one in zip(found.T, parameters, strict=True):

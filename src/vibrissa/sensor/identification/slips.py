@@ -5,6 +5,7 @@ from peak to trough by more than noise is a slip; samples between them are of ne
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -332,12 +333,17 @@ class Slipped:
     position: float
     row: IntArray
 
-    @property
+    @cached_property
     def clamp(self) -> FloatArray:
         """Clamp positions without their noise."""
         return smooth(self.recording.clamp, self.position)
 
     @property
+    def last(self) -> int:
+        """Number of the last row; 1 of a recording of one."""
+        return max(len(self.recording) - 1, 1)
+
+    @cached_property
     def ends(self) -> Ends:
         """How the periods end."""
         clamp, spans = self.recording.clamp, self.spans

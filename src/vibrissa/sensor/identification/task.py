@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.identification.blocks import Blocks, condensed
 from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
 from vibrissa.sensor.identification.slips import Slipped, slipped
@@ -111,6 +112,16 @@ class Task:
     def slipped(self) -> Slipped:
         """The recording with its slips."""
         return slipped(self.recording, self.noise, self.slip_rows)
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        """The recording condensed."""
+        return condensed(self.slipped.recording, self.slipped.spans)
+
+    @property
+    def position(self) -> float:
+        """Standard deviation of one clamp position (L)."""
+        return self.slipped.position
 
     def with_scatter(self) -> "Task":
         """Take the noise that the readings show within periods, if it is more than was given."""
