@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from responses import respond
 from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, STIFF, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
+from vibrissa.errors import WrongRodError
 from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.recording import (
@@ -61,7 +62,7 @@ def test_every_slip_is_found_and_its_friction(response, turns):
     assert periods.contact == pytest.approx(truth.contact[periods.last], abs=2e-3)
 
 
-def test_slips_in_the_noise_of_the_forces_are_seen_in_the_moment_or_named_as_lost(response):
+def test_slips_in_the_noise_of_the_forces_are_seen_in_the_moment_or_refused(response):
     truth = simulate(response, surfaces.constant(0.3), path("0.0005", ["0.6"]), "free", 0.8)
     rise = np.ptp(truth.reactions[truth.period == 2, 0])
     noise = np.array([rise / 5.5, rise / 5.5, NOISE[2]])
@@ -70,9 +71,8 @@ def test_slips_in_the_noise_of_the_forces_are_seen_in_the_moment_or_named_as_los
     periods = found_in(recording, noise)
     assert len(periods) == truth.period[-1] and periods.notes == ()
     forces = replace(recording, readings=recording.readings * [1.0, 1.0, np.nan])
-    periods = found_in(forces, noise)
-    assert len(periods) < truth.period[-1]
-    assert any("periods too small for the noise" in note for note in periods.notes)
+    with pytest.raises(WrongRodError, match="and noise"):
+        found_in(forces, noise)
 
 
 @pytest.mark.slow

@@ -128,7 +128,7 @@ def identify(
 
 def _read(task: Task) -> Identification:
     """Read the ratio of the forces without a rod."""
-    found = read_ratio(task.with_scatter())
+    found = read_ratio(task)
     everywhere = np.full(len(found.periods), task.untared)
     return found.doubted(Check(Grade.DOUBTFUL, everywhere, UNTARED))
 
@@ -138,7 +138,6 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
     try:
         nearest = nearest_states(task, rod)
         check_columns(nearest, task.recording)
-        task = task.with_scatter()
         model = read_model(task, rod, nearest)
     except MixedColumnsError:
         raise

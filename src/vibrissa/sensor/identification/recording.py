@@ -282,17 +282,12 @@ def check_size(rows: int, notes: Sequence[str] = ()) -> None:
 
 
 def noise_of(readings: FloatArray) -> FloatArray:
-    """Estimate the standard deviation of the noise of each channel."""
-    return noise_of_differences(np.diff(readings, n=2, axis=0))
-
-
-def noise_of_differences(second: FloatArray) -> FloatArray:
-    """Estimate the noise from second differences of the readings; outliers (slips) are left out."""
+    """Estimate the noise of each channel from second differences; outliers (slips) are left out."""
     from scipy.special import ndtri  # half a second to load
 
-    second = np.abs(second)
+    second = np.abs(np.diff(readings, n=2, axis=0))
     if not len(second):
-        return np.full(second.shape[1], np.nan)
+        return np.full(readings.shape[1], np.nan)
     rough = np.median(second, axis=0) / ndtri(0.75)
     usual: BoolArray = second <= OUTLIER * rough
     squares = np.where(usual, second**2, 0.0).sum(axis=0)

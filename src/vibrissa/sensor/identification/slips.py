@@ -20,7 +20,6 @@ from vibrissa.sensor.identification.recording import (
     Recording,
     left_out,
     noise_of,
-    noise_of_differences,
 )
 
 # A fall by so many standard deviations of one reading is a slip: of 10^5 samples with hardly any
@@ -47,6 +46,8 @@ RESTS = 0.1
 EVEN = 1e-3
 # So many rows between two periods may be those of one slip.
 MOST_BETWEEN = 10
+# A rise that is none.
+TINY = 1e-9
 # Samples over which the speed of the clamp is averaged.
 STEPS = 9
 # A step that differs from the usual one by so many standard deviations of a position is another.
@@ -146,7 +147,7 @@ def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
     return np.pad(alone.any(axis=1) & ~peak, 1)
 
 
-def spans_of(clamp: FloatArray, load: FloatArray, forces: FloatArray | None = None) -> Spans:
+def spans_of(clamp: FloatArray, load: FloatArray) -> Spans:
     """Find the periods of sticking, at least one; single samples are left out.
 
     Parameters
@@ -154,15 +155,9 @@ def spans_of(clamp: FloatArray, load: FloatArray, forces: FloatArray | None = No
     load : ndarray, shape (n,)
         In standard deviations of one reading. It falls while a clamp that moves forward bends the
         rod, as force_x does.
-    forces : ndarray, shape (n, 2), optional
-        Both forces in theirs: together they show small slips that force_x alone hides in noise.
     """
     falls = np.diff(load) * direction(clamp)
-    begins, ends = _slips(falls)
-    if forces is not None:
-        small = _small_slips(clamp, forces, begins, ends)
-        begins, ends = np.sort(np.append(begins, small + 1)), np.sort(np.append(ends, small))
-    return _cut(clamp, falls, begins, ends)
+    return _cut(clamp, falls, *_slips(falls))
 
 
 def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
@@ -174,24 +169,6 @@ def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
         ends.append(peak + int(large[0]) if len(large) else peak)
         begins.append(peak + int(large[-1]) + 1 if len(large) else trough)
     return np.array(begins), np.array([*ends, len(falls)])
-
-
-def _small_slips(
-    clamp: FloatArray, forces: FloatArray, begins: IntArray, ends: IntArray
-) -> IntArray:
-    """Rows within periods after which both forces, weighted by how they change there, fall."""
-    rows = np.arange(len(clamp))
-    period = np.searchsorted(begins, rows, side="right") - 1
-    inside = rows <= ends[period]
-    counts = np.maximum(np.bincount(period, inside), 1.0)
-    way = np.where(inside, clamp - (np.bincount(period, inside * clamp) / counts)[period], 0.0)
-    slope = way @ forces
-    weights = -slope / np.linalg.norm(slope) if slope[0] < 0.0 else np.array([1.0, 0.0])
-    falls = np.diff(forces, axis=0) * direction(clamp)[:, None]
-    more, last = _slips(falls @ weights)
-    found = last[:-1][more[1:] == last[:-1] + 1]
-    # Past the lock fy falls by itself, but not fx.
-    return found[(falls[found, 0] > 0.0) & (found < ends[period[found]])]
 
 
 def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray) -> Spans:
@@ -358,13 +335,6 @@ class Slipped:
             gap = np.where(same, usual, gap)
         return Ends(clamp=last, gap=gap, speed=speed_of(clamp)[spans.ends], sign=sign)
 
-    @property
-    def scatter(self) -> FloatArray:
-        """Noise of each channel that the readings show within periods, shape (3,)."""
-        rows, period = self.spans.rows
-        second = np.diff(self.recording.readings[rows], n=2, axis=0)
-        return noise_of_differences(second[period[2:] == period[:-2]])
-
 
 def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slipped:
     """Find the slips of a recording."""
@@ -375,12 +345,14 @@ def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slippe
     # The moment tells the load with the other sign, and mostly with less noise.
     loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
     check_falls(clamp, loads[0])
-    load = max(loads, key=lambda one: usual_rise(clamp, one))
+    # Each counts by how much it rises beside its noise.
+    rises = np.maximum([usual_rise(clamp, one) for one in loads], TINY)
+    load = np.asarray(rises @ loads / np.linalg.norm(rises))
     spiky = spikes(clamp, readings)
     notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
     row = np.flatnonzero(~spiky)
     recording = recording.take(row)
-    spans = spans_of(clamp[row], load[row], readings[row][:, FORCES] if both else None)
+    spans = spans_of(clamp[row], load[row])
     why = "periods too small for the noise of the readings (record the moment, or less noise)"
     notes += left_out(recording.line[spans.between], why)
     recording = replace(recording, notes=notes)

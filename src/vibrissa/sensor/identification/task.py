@@ -26,9 +26,6 @@ from vibrissa.sensor.whisker import Whisker
 # Less noise than this, in the rod's own units, is none; with less than the second the fit would be
 # lost in rounding: it counts as that much.
 LEAST_NOISE, LEAST_FITTED = 1e-50, 5e-8
-# Readings that scatter by this factor more than their noise have another noise, if the usual period
-# has so many samples.
-NOISY, FINE = 1.25, 8
 # Distance over which slopes of the surface are alike: in m, and of a rod without a size.
 SLOPE_LENGTH, OWN_SLOPE_LENGTH = 5e-3, 0.05
 ZEROS = tuple(f"zero_{name}" for name in CHANNELS)
@@ -122,22 +119,6 @@ class Task:
     def position(self) -> float:
         """Standard deviation of one clamp position (L)."""
         return self.slipped.position
-
-    def with_scatter(self) -> "Task":
-        """Take the noise that the readings show within periods, if it is more than was given."""
-        found = self.slipped
-        if not self.noise_is_given or np.median(found.spans.counts) < FINE:
-            return self
-        part = np.nan_to_num(found.scatter / self.noise)
-        notes = [
-            f"{CHANNELS[i]} scatters {part[i]:.2g} times as much as the given noise: the scatter "
-            "is used"
-            for i in np.flatnonzero(part > NOISY)
-        ]
-        if not notes:
-            return self
-        noise = np.where(part > NOISY, found.scatter, self.noise)
-        return self.noted(*notes, noise=noise, noise_is_given=False)
 
 
 def task_of(
