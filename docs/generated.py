@@ -16,7 +16,7 @@ from vibrissa.sensor.tolerances import TOLERABLE, Tolerable, told
 from vibrissa.sensor.transducer import PRESETS
 from vibrissa.study.axes import AXES, spell_values
 from vibrissa.study.claims import Claims
-from vibrissa.study.figures import KINDS, TABLES
+from vibrissa.study.figures import FIGURE_KINDS, TABLES
 from vibrissa.study.schema import study_schema
 from vibrissa.tables import schemas
 from vibrissa.tables.frames import Entry, entries
@@ -74,7 +74,7 @@ def figure_kinds() -> str:
             f"`{kind.source}` (table `{TABLES[kind.source]}`)" if kind.source else "any of them",
             ", ".join(f"`{key}`" for key in (kind.required, *kind.single) if key),
         )
-        for name, kind in KINDS.items()
+        for name, kind in FIGURE_KINDS.items()
     ]
     head = ("kind", "what it shows", "drawn from", "keys of which it shows one value, or needs")
     return markdown_table(head, rows)

@@ -18,10 +18,10 @@ USES = {
     "A new kind of figure": """
 from made_tables import grid, points
 from vibrissa.figures.draw import draw
-from vibrissa.study.reading import parse_study
+from vibrissa.study.reading import read_study
 axes = {"theta": [1, 2], "mu0": [0.3], "eta": [0.85], "dx0": [0.001]}
 figure = {"kind": "steps", "grid": "g", "mu0": 0.3}
-study = parse_study({"study": "a", "grids": {"g": axes}, "figures": {"f": figure}})
+study = read_study(None, {"study": "a", "grids": {"g": axes}, "figures": {"f": figure}})
 table = points("g", study.grids["g"].axes)
 drawn = draw("steps", table, study.figures["f"].params()["selection"])
 assert len(drawn.axes[0].lines[0].get_xdata()) == 2
@@ -33,9 +33,9 @@ assert 0.9 < rows[0]["mobilised"] <= 1 and rows[1]["mobilised"] is None
 """,
     "A new axis": """
 from made_tables import points
-from vibrissa.study.reading import parse_study
+from vibrissa.study.reading import read_study
 axes = {"theta": [1], "mu0": [0.3], "eta": [0.85], "dx0": [0.001], "adhesion": [0, 0.5]}
-study = parse_study({"study": "a", "grids": {"g": axes}})
+study = read_study(None, {"study": "a", "grids": {"g": axes}})
 assert list(study.chunks) == ["g/theta1_eta0.85_adhesion0"]
 assert points("g", study.grids["g"].axes)["adhesion"].to_pylist() == [0, 0.5]
 """,

@@ -13,7 +13,7 @@ from runs import ROOT
 from validation.__main__ import TASKS
 from vibrissa.cli.app import app
 from vibrissa.study.chunks import number_of_points
-from vibrissa.study.reading import parse_study
+from vibrissa.study.reading import read_study
 from vibrissa.tables import schemas
 
 GENERATED = runpy.run_path(str(ROOT / "docs/generated.py"))
@@ -32,13 +32,13 @@ def test_commands_are_understood(arguments):
 
 def test_example_study_is_valid():
     (_, example), _ = blocks("yaml", ["docs/study.md"])
-    study = parse_study(yaml.safe_load(example))
+    study = read_study(None, yaml.safe_load(example))
     assert number_of_points(study.grids["strong_taper"].axes) == 15 * 3 * 3
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.yaml")), ids=lambda p: p.name)
 def test_further_studies_are_valid_and_named(path):
-    assert parse_study(yaml.safe_load(path.read_text())).figures
+    assert read_study(None, yaml.safe_load(path.read_text())).figures
     assert f"STUDY=studies/{path.name}" in PAGES["docs/study.md"]
 
 

@@ -79,10 +79,8 @@ def whole(study_tables, paper):
 @pytest.fixture(scope="module")
 def text(whole, paper):
     pictures = [
-        Picture(
-            key=key, caption=paper.captions[key], png=png(), selection=figure.params()["selection"]
-        )
-        for key, figure in paper.figures.items()
+        Picture(key=key, caption=figure["caption"], png=png(), selection=figure["selection"])
+        for key, figure in paper.figure_params.items()
     ]
     return page(about(claims=dict(paper.claims)), whole, pictures)
 

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from vibrissa.figures import draw
-from vibrissa.study.figures import KINDS, TABLES
+from vibrissa.study.figures import FIGURE_KINDS, TABLES
 from vibrissa.study.schema import study_schema
 from vibrissa.tables import schemas
 
@@ -30,7 +30,7 @@ def test_the_schema_is_one_and_describes_every_key():
         (("chunk",), {"theta": 0}),
         (("grids",), {}),
         (("grids", "taper", "cycles"), 3),
-        (("grids", "taper", "theta"), 2),
+        (("grids", "taper", "theta"), 0.5),
         (("scans", "nine_cycles", "cycles"), 1.5),
         (("figures", "fig6", "kind"), "stait"),
         (("claims", "scan"), 3),
@@ -48,8 +48,8 @@ def test_an_editor_sees_what_is_wrong(path, wrong):
 
 
 def test_every_kind_of_figure_is_drawn_from_columns_that_its_table_has():
-    assert KINDS.keys() == draw.KINDS.keys() | {"script"}
-    for name, kind in KINDS.items() - {("script", KINDS["script"])}:
+    assert FIGURE_KINDS.keys() == draw.KINDS.keys() | {"script"}
+    for name, kind in FIGURE_KINDS.items() - {("script", FIGURE_KINDS["script"])}:
         columns = set(schemas.TABLES[TABLES[kind.source]].names)
         assert {kind.source, *kind.single} <= columns
         assert set(draw.KINDS[name].columns) <= columns

@@ -10,7 +10,7 @@ try:
     from vibrissa.errors import StudyError
     from vibrissa.pipeline import ownership, places
     from vibrissa.provenance import digest
-    from vibrissa.study.reading import name_in, parse_study, read_study
+    from vibrissa.study.reading import name_in, read_study
     from vibrissa.wording import figure_name
 except ImportError as error:
     raise WorkflowError(
@@ -41,7 +41,7 @@ try:
     if name_in(STUDY_FILE):
         STUDY = read_study(STUDY_FILE, workflow.config_settings.config)
     else:  # of a workflow that has this one as a module, and its study as a part of its own
-        STUDY = parse_study(config)
+        STUDY = read_study(None, config)
     RESULTS = f"results/{STUDY.name}"
     ownership.check(Path(RESULTS), STUDY_FILE)
 except StudyError as error:

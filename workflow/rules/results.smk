@@ -2,14 +2,14 @@
 TABLES = {name: f"{RESULTS}/tables/{name}.parquet" for name in STUDY.tables}
 COMPUTED = {name: path for name, path in TABLES.items() if name != "claims"}
 STUDY_PARTS = {name: STUDY.part(name) for name in STUDY.tables}
-# How each figure is drawn.
-FIGURES = {name: figure.params() for name, figure in STUDY.figures.items()}
+# How each figure is drawn, with its caption.
+FIGURES = STUDY.figure_params
 
 
 rule figures:
     input:
         **COMPUTED,
-        scripts=list(STUDY.scripts.values()),
+        scripts=[figure["script"] for figure in FIGURES.values() if figure["script"]],
     output:
         report(
             expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
@@ -27,8 +27,6 @@ rule figures:
     threads: 1
     params:
         figures=FIGURES,
-        scripts=STUDY.scripts,
-        captions=STUDY.captions,
         study_parts=STUDY_PARTS,
         code=ALL_CODE,
     message:
@@ -105,7 +103,6 @@ rule report:
         title=STUDY.title or figure_name(STUDY.name),
         claims=dict(STUDY.claims or {}),
         figures=FIGURES,
-        captions=STUDY.captions,
         study_file=(STUDY_FILE.name, STUDY.text),
         study_parts=STUDY_PARTS,
         code=ALL_CODE,

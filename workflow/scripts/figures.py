@@ -20,10 +20,11 @@ with jobs.logged(snakemake.log[0]):
             figure["kind"],
             tables[figure["table"]],
             figure["selection"],
-            script=params.scripts.get(name),
+            script=figure["script"],
             look=figure,
         )
-        style.save(drawn, [captions.with_name(f"{name}.{ending}") for ending in figure["formats"]])
-        text += f"\n**{figure_name(name)}.** {params.captions[name]}\n"
+        endings = (*figure["formats"], "png")
+        style.save(drawn, [captions.with_name(f"{name}.{ending}") for ending in endings])
+        text += f"\n**{figure_name(name)}.** {figure['caption']}\n"
     with write_atomically(captions) as temporary:
         temporary.write_text(text, encoding="utf-8")

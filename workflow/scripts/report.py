@@ -13,7 +13,7 @@ with jobs.logged(snakemake.log[0]):
     pictures = [
         Picture(
             key=key,
-            caption=params.captions[key],
+            caption=figure["caption"],
             png=Path(path).read_bytes(),
             selection=figure["selection"],
         )

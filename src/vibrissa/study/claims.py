@@ -17,13 +17,6 @@ REMEDY = "or remove the key `claims`: a study needs none"
 class Claims(Section):
     """The grids, the scan and the state by which the paper's statements are judged."""
 
-    # The section that holds each, and the values of the axes that it must have.
-    sources: ClassVar[dict[str, str]] = {
-        "taper": "grid",
-        "friction": "grid",
-        "scan": "scan",
-        "state": "state",
-    }
     # The same in the whole paper: the data have no other values.
     setup: ClassVar[dict[str, Values]] = {"eta": (0.85,), "dx0": (0.001,)}
     needed: ClassVar[dict[str, dict[str, Values]]] = {
@@ -41,25 +34,21 @@ class Claims(Section):
     def misfits(self, study: Any) -> Mistakes:
         """Find what does not fit the study, a `vibrissa.study.model.Study`."""
         mistakes = Mistakes()
-        for key, needed in (("contact", Contact.POINT), ("section", RodSection.ROUND)):
-            if getattr(study, key) is not needed:
-                mistakes.add(f"the statements need {key}: {needed}; take that, {REMEDY}")
-        for key, source in self.sources.items():
-            name, sections = getattr(self, key), getattr(study, f"{source}s")
-            if name in sections:
-                self._check_data(mistakes, key, sections[name].axes)
-            else:
-                mistakes.add(f"{unknown_name(name, source, sections)}, {REMEDY}", key)
+        if (study.contact, study.section) != (Contact.POINT, RodSection.ROUND):
+            mistakes.add(f"the statements need contact: point and section: round; {REMEDY}")
+        for key, needed in self.needed.items():
+            name, source = getattr(self, key), key if key in ("scan", "state") else "grid"
+            data: Mapping[str, Any] = getattr(study, f"{source}s")
+            if name not in data:
+                mistakes.add(f"{unknown_name(name, source, data)}, {REMEDY}", key)
+                continue
+            for axis, values in needed.items():
+                found = data[name].axes[axis]
+                if set(values) - set(found) or (axis in self.setup and len(found) > 1):
+                    mistakes.add(
+                        f"{name!r} has {axis} = {spell_values(found)}, and the statements need "
+                        f"{'only ' * (axis in self.setup)}{spell_values(values)}; change that, "
+                        f"{REMEDY}",
+                        key,
+                    )
         return mistakes
-
-    def _check_data(self, mistakes: Mistakes, key: str, axes: Mapping[str, Values]) -> None:
-        """Find axes without the values that the statements need."""
-        for axis, needed in self.needed[key].items():
-            only = axis in self.setup
-            if set(needed) - set(axes[axis]) or (only and len(axes[axis]) > 1):
-                mistakes.add(
-                    f"{getattr(self, key)!r} has {axis} = {spell_values(axes[axis])}, and the "
-                    f"paper's statements need {'only ' * only}{spell_values(needed)}; change that, "
-                    f"{REMEDY}",
-                    key,
-                )

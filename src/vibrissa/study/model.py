@@ -1,13 +1,13 @@
 """The study file: its sections with their keys, and what has to fit together among them."""
 
-from collections.abc import Mapping
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+import yaml
+from pydantic import Field, FiniteFloat, PrivateAttr, field_validator, model_validator
 
 from vibrissa.outcomes import Contact, RodSection, Solver
-from vibrissa.study.axes import AXES, MOUNTING_AXES, X1, Values, at, on
+from vibrissa.study.axes import AXES, MOUNTING_AXES, Eta, Theta, Values
 from vibrissa.study.chunks import SIZES, SIZES_BY_STEP, Chunk, chunks_of, number_of_points
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import Figure
@@ -15,26 +15,23 @@ from vibrissa.study.sections import Count, Mistakes, Name, Section
 
 # Points of a study, if it does not say otherwise: those of a table of 1 GB.
 MAX_POINTS = 10_000_000
-# Bound on the rows of a scan, each of which carries a shape. The clamp moves by less than the rod's
-# length in a cycle, by twice that in a first one in which the rod buckles laterally.
-LONGEST_SCAN = 1_000_000
-# The sections of the study file that each table answers, beside how it is solved.
-_SECTIONS = {
-    "stiction": ("grids",),
-    "scans": ("scans",),
-    "states": ("states",),
-    "comparisons": ("comparisons",),
-    "claims": ("grids", "scans", "states", "claims"),
-}
+# The keys of the study file that determine each table.
 _SOLVED_BY = ("study", "contact", "section", "method")
+_KEYS = {
+    "stiction": (*_SOLVED_BY, "grids"),
+    "scans": (*_SOLVED_BY, "scans"),
+    "states": ("study", "contact", "states"),
+    "comparisons": ("study", "comparisons"),
+    "claims": (*_SOLVED_BY, "grids", "scans", "states", "claims"),
+}
 
 
 class _Points(Section):
     """All combinations of the values of some axes."""
 
-    theta: Annotated[Values, on("theta")]
-    mu0: Annotated[Values, on("mu0")]
-    eta: Annotated[Values, on("eta")]
+    theta: Annotated[Values, AXES["theta"]]
+    mu0: Annotated[Values, AXES["mu0"]]
+    eta: Annotated[Values, AXES["eta"]]
 
     @property
     def axes(self) -> dict[str, Values]:
@@ -49,11 +46,11 @@ class ComparisonSection(_Points):
 class GridSection(_Points):
     """Points at which a period of sticking is solved: all combinations of their axes."""
 
-    dx0: Annotated[Values, on("dx0")]
-    clamp_angle: Annotated[Values, on("clamp_angle")] = (0.0,)
-    clamp_compliance: Annotated[Values, on("clamp_compliance")] = (0.0,)
-    curvature: Annotated[Values, on("curvature")] = (0.0,)
-    stage_angle: Annotated[Values, on("stage_angle")] = (0.0,)
+    dx0: Annotated[Values, AXES["dx0"]]
+    clamp_angle: Annotated[Values, AXES["clamp_angle"]] = (0.0,)
+    clamp_compliance: Annotated[Values, AXES["clamp_compliance"]] = (0.0,)
+    curvature: Annotated[Values, AXES["curvature"]] = (0.0,)
+    stage_angle: Annotated[Values, AXES["stage_angle"]] = (0.0,)
 
 
 class ScanSection(GridSection):
@@ -61,22 +58,15 @@ class ScanSection(GridSection):
 
     cycles: Count = Field(description="number of stick-slip cycles, a whole number from 1")
 
-    @model_validator(mode="after")
-    def _is_short_enough(self) -> Self:
-        if (self.cycles + 1) / min(self.axes["dx0"]) > LONGEST_SCAN:  # type: ignore[operator]
-            raise ValueError(
-                f"{self.cycles} cycles are too many; allowed: (cycles + 1)/dx0 up to "
-                f"{LONGEST_SCAN:.0e}"
-            )
-        return self
-
 
 class StateSection(Section):
     """An equilibrium with a given contact point (x1, eta), the clamp at the origin."""
 
-    theta: Annotated[float, at(AXES["theta"])]
-    eta: Annotated[float, at(AXES["eta"])]
-    x1: Annotated[float, at(X1)]
+    theta: Theta = Field(description=AXES["theta"].meaning)
+    eta: Eta = Field(description=AXES["eta"].meaning)
+    x1: FiniteFloat = Field(
+        description="position of the contact point along the surface in units of L, the clamp at 0"
+    )
     contact: Contact | None = Field(
         default=None, description="kind of contact of this state (default: the study's)"
     )
@@ -92,7 +82,7 @@ class StateSection(Section):
 
     @model_validator(mode="after")
     def _is_within_reach(self) -> Self:
-        if self.x1**2 + self.eta**2 >= 1:
+        if not self.x1**2 + self.eta**2 < 1:
             raise ValueError("out of reach: a rod of length 1 needs x1^2 + eta^2 < 1")
         return self
 
@@ -169,45 +159,32 @@ class Study(Section):
     def _may_be_empty(cls, value: Any) -> Any:
         return {} if value is None else value
 
-    @field_validator("method")
-    @classmethod
-    def _solves_the_contact(cls, method: Solver, info: ValidationInfo) -> Solver:
-        if method is Solver.SHOOTING and info.data.get("contact") is Contact.LINE:
-            raise ValueError("'shooting' is not allowed with contact: line; allowed: collocation")
-        return method
-
-    @field_validator("grids", "scans")
-    @classmethod
-    def _can_be_solved(
-        cls, named: dict[str, GridSection], info: ValidationInfo
-    ) -> dict[str, GridSection]:
-        """Refuse mountings that the method does not solve, and too many points."""
-        mistakes = Mistakes()
-        for name, grid in named.items():
-            mounted = [axis for axis in MOUNTING_AXES if grid.axes[axis] != (0.0,)]
-            if mounted and info.data.get("method") is Solver.SHOOTING:
-                text = "is not allowed with method: shooting; collocation is"
-                mistakes.add(text, name, mounted[0])
-        most = info.data.get("max_points", MAX_POINTS)
-        total = sum(number_of_points(grid.axes) for grid in named.values())
-        if total > most:
-            mistakes.add(
-                f"{total:,} points are not allowed; allowed: max_points, which is {most:,}"
-            )
-        mistakes.refuse()
-        return named
-
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        """Refuse figures and claims that do not fit the data; sections are valid by themselves."""
+        """Refuse what does not fit together; sections are valid by themselves."""
         mistakes = Mistakes()
+        self._check_solution(mistakes)
         for name, figure in self.figures.items():
-            for place, text in figure.misfits(getattr(self, f"{figure.source}s")):
+            sections = getattr(self, f"{figure.source}s")
+            for place, text in figure.misfits(sections, self._context["folder"]):
                 mistakes.add(text, "figures", name, *place)
         for place, text in self.claims.misfits(self) if self.claims else ():
             mistakes.add(text, "claims", *place)
         mistakes.refuse()
         return self
+
+    def _check_solution(self, mistakes: Mistakes) -> None:
+        """Find what the method does not solve, and too many points."""
+        points = sum(number_of_points(grid.axes) for grid in self.grids.values())
+        if points > self.max_points:
+            most = f"{points:,} points are not allowed; allowed: max_points, {self.max_points:,}"
+            mistakes.add(most, "grids")
+        if self.method is Solver.SHOOTING:
+            axes = [grid.axes for grid in (*self.grids.values(), *self.scans.values())]
+            is_ideal = all(one[axis] == (0.0,) for one in axes for axis in MOUNTING_AXES)
+            if self.contact is Contact.LINE or not is_ideal:
+                needs = "shooting needs contact: point and a mounting as in the paper"
+                mistakes.add(f"{needs}; allowed here: collocation", "method")
 
     @property
     def results(self) -> list[str]:
@@ -223,37 +200,30 @@ class Study(Section):
 
     @property
     def figure_files(self) -> list[str]:
-        """Files of the figures, relative to ``results/<study>/``."""
+        """Files of the figures, relative to ``results/<study>/``; the report shows the PNG."""
         return [
             f"figures/{name}.{ending}"
             for name, figure in self.figures.items()
-            for ending in figure.files
+            for ending in (*figure.formats, "png")
         ]
 
     @property
-    def scripts(self) -> dict[str, str]:
-        """Paths of the user's files, by the figures that they draw."""
+    def figure_params(self) -> dict[str, dict[str, Any]]:
+        """All inputs of the drawing of each figure, with its caption and the user's script."""
+        folder = self._context["folder"]
         return {
-            name: (self._context["folder"] / figure.script).as_posix()
-            for name, figure in self.figures.items()
-            if figure.script
-        }
-
-    @property
-    def captions(self) -> dict[str, str]:
-        """Caption of each figure, with the values that it shows."""
-        return {
-            name: figure.caption_of(getattr(self, f"{figure.source}s"))
+            name: {
+                **figure.params(),
+                "caption": figure.caption_of(getattr(self, f"{figure.source}s")),
+                "script": (folder / figure.script).as_posix() if figure.script else None,
+            }
             for name, figure in self.figures.items()
         }
 
     @property
     def tables(self) -> list[str]:
         """Names of the tables that the study makes."""
-        wanted: Mapping[str, Any] = {"stiction": self.grids} | {
-            name: getattr(self, name) for name in ("scans", "states", "comparisons", "claims")
-        }
-        return [name for name, section in wanted.items() if section]
+        return [name for name, keys in _KEYS.items() if getattr(self, keys[-1])]
 
     @cached_property
     def chunks(self) -> dict[str, Chunk]:
@@ -273,10 +243,6 @@ class Study(Section):
 
     def part(self, table: str) -> str:
         """Part of the study file that determines a table, as text for the table's metadata."""
-        # It is needed by programs that read tables, too, and takes time to load.
-        import yaml
-
-        written, keys = self._context["written"], (*_SOLVED_BY, *_SECTIONS[table])
-        return yaml.safe_dump(
-            {key: written[key] for key in keys if key in written}, sort_keys=False
-        )
+        written = self._context["written"]
+        chosen = {key: written[key] for key in _KEYS[table] if key in written}
+        return yaml.safe_dump(chosen, sort_keys=False)

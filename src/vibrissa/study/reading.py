@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import yaml
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 from ruamel.yaml import YAML
@@ -11,7 +12,6 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from vibrissa.errors import StudyError
-from vibrissa.study.axes import shown
 from vibrissa.study.model import Study
 from vibrissa.study.schema import allowed_at
 from vibrissa.study.sections import NAME_ALLOWED, Mistake
@@ -19,13 +19,17 @@ from vibrissa.study.sections import NAME_ALLOWED, Mistake
 # Keys at the top of the file that only hold anchors begin like this.
 FOR_ANCHORS = "x-"
 Location = tuple[str | int, ...]
+# Characters of a wrong value that a message shows.
+SHOWN = 60
 
 
-def read_study(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
+def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> Study:
     """Read a study file (YAML 1.2).
 
     Parameters
     ----------
+    path : Path or None
+        The file; None if all keys are `changes`, as in a workflow that has this one as a module.
     changes : mapping, optional
         Keys at the top of the file that have another value, as ``--config`` gives them.
 
@@ -35,45 +39,24 @@ def read_study(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
         With a line for each mistake: file, line, key, value and what is allowed.
     """
     changes = dict(changes or {})
-    text = _text(path)
-    written = _loaded(path, text) | changes
-    changed = "".join(f"# --config {key}={value}\n" for key, value in changes.items())
+    text = _text(path) if path else yaml.safe_dump(changes, sort_keys=False)
+    written = (_loaded(path, text) if path else {}) | changes
+    changed = "".join(f"# --config {key}={value}\n" for key, value in changes.items() if path)
+    # Keys that only hold anchors are left out.
+    sections = {key: written[key] for key in written if not str(key).startswith(FOR_ANCHORS)}
+    folder = path.parent if path else Path()
+    context = {"written": written, "text": text + changed, "folder": folder}
     try:
-        return _validated(written, text + changed, path.parent)
+        return Study.model_validate(sections, context=context)
     except ValidationError as error:
         document, lines = YAML().load(text), []
-        for location, mistake in _mistakes(error):
-            is_changed = bool(location) and location[0] in changes
-            line = 0 if is_changed else _line(document, location)
-            where = "--config" if is_changed else f"{path}:{line}" if line else str(path)
+        for location, mistake in (found for one in error.errors() for found in _in_words(one)):
+            is_written = path and (not location or location[0] not in changes)
+            line = _line(document, location) if is_written else 0
+            where = f"{path}{f':{line}' * bool(line)}" if is_written else "--config"
             place = f"{spell_location(location)}: " if location else ""
             lines.append((line, f"{where}: {place}{mistake}"))
         raise StudyError(*(text for _, text in sorted(lines, key=lambda one: one[0]))) from None
-
-
-def parse_study(config: Mapping[str, Any]) -> Study:
-    """Check a study that is no file of its own, as in a workflow that has this one as a module.
-
-    Raises
-    ------
-    StudyError
-        With a line for each mistake: key, value and what is allowed.
-    """
-    # It is needed here alone, and takes time to load.
-    import yaml
-
-    try:
-        return _validated(dict(config), yaml.safe_dump(dict(config), sort_keys=False), Path())
-    except ValidationError as error:
-        texts = [f"{spell_location(at) or 'the study'}: {text}" for at, text in _mistakes(error)]
-        raise StudyError(*texts) from None
-
-
-def _validated(written: Mapping[str, Any], text: str, folder: Path) -> Study:
-    """Validate a study; keys that only hold anchors are left out, scripts are in a folder."""
-    keys = [key for key in written if not str(key).startswith(FOR_ANCHORS)]
-    context = {"written": written, "text": text, "folder": folder}
-    return Study.model_validate({key: written[key] for key in keys}, context=context)
 
 
 def name_in(path: Path) -> str:
@@ -132,12 +115,14 @@ def spell_location(location: Location) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def _mistakes(error: ValidationError) -> list[Mistake]:
-    """Errors of pydantic in plain words, with their places."""
-    return [mistake for one in error.errors() for mistake in _in_words(one)]
+def shown(written: object) -> str:
+    """Format a value as in the file, shortened if it is long."""
+    text = repr(written)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 
 def _in_words(error: ErrorDetails) -> Iterator[Mistake]:
+    """Errors of pydantic in plain words, with their places."""
     location: Location = tuple(step for step in error["loc"] if step != "[key]")
     *above, last = location or ("",)
     match error["type"]:

@@ -5,11 +5,9 @@ from typing import Any
 
 from vibrissa.study.model import Study
 
-Schema = dict[str, Any]
-
 
 @cache
-def study_schema() -> Schema:
+def study_schema() -> dict[str, Any]:
     """JSON Schema of study files (draft 2020-12)."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -1,7 +1,6 @@
 """Common base of the sections of a study file."""
 
-from collections.abc import Callable
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
@@ -26,13 +25,6 @@ class Mistakes(list[Mistake]):
     def add(self, text: str, *place: str | int) -> None:
         """Add a mistake; its place is relative to this part."""
         self.append((place, text))
-
-    def check(self, place: str | int, function: Callable[[Any], Any], written: Any) -> Any:
-        """Convert a written value by a function, or add its error as a mistake."""
-        try:
-            return function(written)
-        except ValueError as error:
-            self.add(str(error), place)
 
     def refuse(self) -> None:
         """Raise an error if there are mistakes."""
