@@ -71,7 +71,7 @@ def test_collocation_random_curves(benchmark):
         x0 = 0.6 * c.x0_lock
         force.append(float(c.state(x0).f))
         expected.append(solve_state(c.theta, c.eta, c.x1_init - x0).f)
-    note(benchmark, sum(len(p.states) for c in curves for p in c.pieces), force, expected)
+    note(benchmark, sum(curve.pieces.states.x0.size for curve in curves), force, expected)
 
 
 def test_states_on_random_curves(benchmark):
@@ -118,7 +118,7 @@ def test_collocation_one_curve(benchmark, converged):
         return solve_curves(np.array([THETA]), np.array([ETA]))[0]
 
     found = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
-    states = sum(len(piece.states) for piece in found.pieces)
+    states = found.pieces.states.x0.size
     note(benchmark, states, found.state(DX0 * np.arange(STEPS + 1)).f, converged)
 
 

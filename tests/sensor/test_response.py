@@ -18,6 +18,7 @@ from vibrissa.sensor.response import heights
 from vibrissa.sensor.response.branch import tabulated
 from vibrissa.sensor.response.heights import _agrees
 from vibrissa.sensor.strain import strains_in
+from vibrissa.sticking.piece import NO_PIECES
 
 
 @pytest.fixture(scope="module", params=[(2.0, 0.85, "point"), (2.0, 0.6, "line")])
@@ -79,7 +80,7 @@ def test_lock_is_said_with_the_end_of_the_motion(response):
 
 
 def test_without_pulling_there_is_no_lower_limit():
-    response = tabulated(replace(solve_curve(2.0, 0.85), retraction=()))
+    response = tabulated(replace(solve_curve(2.0, 0.85), retraction=NO_PIECES))
     assert response.x0_pull == 0.0
     assert response.pull_limit(0.3) == -np.inf
 

@@ -15,6 +15,7 @@ from vibrissa.sensor.response.branch import tabulated
 from vibrissa.sensor.simulation import slips as slips_module
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw, rest
+from vibrissa.sticking.piece import NO_PIECES
 from vibrissa.sticking.stiction import read_curve
 
 
@@ -97,7 +98,7 @@ def test_energy_of_a_slip_is_consumed_by_friction(response):
 
 def unretracted(response):
     """The response of a rod whose retraction was not resolved."""
-    return tabulated(replace(response.curve, retraction=()))
+    return tabulated(replace(response.curve, retraction=NO_PIECES))
 
 
 @pytest.mark.parametrize(

@@ -54,9 +54,9 @@ def test_a_curve_is_solved_once_and_cannot_be_changed(monkeypatch):
     curve = solve_curve(2.0, 0.6)
     assert curve is solve_curve(theta=2, eta=0.6, contact="point", section="round")
     with pytest.raises(ValueError, match="read-only"):
-        curve.pieces[0].states.x0[0] = 1.0
+        curve.pieces.states.x0[0, 0] = 1.0
     with pytest.raises(ValueError, match="read-only"):
-        curve.retraction[-1].states.s_c[0] = 1.0
+        curve.retraction.states.s_c[-1, 0] = 1.0
     others = (
         {"theta": 2.5},
         {"eta": 0.8},

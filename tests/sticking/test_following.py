@@ -67,7 +67,7 @@ def test_a_rod_that_a_stage_takes_off_the_surface_lifts_off():
 
 def test_a_single_state_is_found_on_both_sides_of_a_kink_and_next_to_a_limit_point():
     curve = solve_curve(3.0, 0.85, contact="line", section="planar")
-    kink = next(piece.last_x0 for piece in curve.pieces)
+    kink = curve.pieces.last_x0[0]
     for x0 in (0.5 * kink, kink + 1e-6, 0.9 * curve.x0_end, curve.x0_end - 1e-6):
         state = solve_state(3.0, 0.85, curve.x1_init - x0, "line")
         known = curve.state(np.array([x0]))

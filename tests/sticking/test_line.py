@@ -1,7 +1,6 @@
 """Contact along a line: against an independent shooting, exact laws and the point model."""
 
 from decimal import Decimal
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -82,16 +81,18 @@ def test_both_models_agree_as_long_as_the_tip_alone_touches(theta, eta):
 def test_a_rod_rolls_on_and_off_without_a_jump(pair):
     """The contact changes back far beyond the lock."""
     curve = solve_curve(*pair, contact="line", section="planar")
-    changes = [two for one, two in pairwise(curve.pieces) if one.contact is not two.contact]
-    assert [piece.contact for piece in changes] == [Contact.LINE, Contact.POINT]
-    assert changes[0].first_x0 == curve.x0_touch
+    line = curve.pieces.line
+    (changes,) = np.nonzero(line[1:] != line[:-1])
+    assert line[changes + 1].tolist() == [True, False]
+    begins = curve.pieces.first_x0[changes + 1]
+    assert begins[0] == curve.x0_touch
     assert curve.x0_touch == pytest.approx(solve_curve(*pair).x0_touch, abs=1e-11)
-    for piece, kinds in zip(changes, (["point", "line"], ["line", "point"]), strict=True):
-        around = piece.first_x0 + np.array([-1e-13, 1e-13])
+    for begin, kinds in zip(begins, (["point", "line"], ["line", "point"]), strict=True):
+        around = begin + np.array([-1e-13, 1e-13])
         assert curve.contact(around) == kinds
         assert_states_agree(*(curve.state(x0) for x0 in around))
-        assert curve.state(piece.first_x0).phi1 == pytest.approx(0.0, abs=1e-9)
-        assert curve.state(piece.first_x0).s_c == pytest.approx(1.0, abs=1e-9)
+        assert curve.state(begin).phi1 == pytest.approx(0.0, abs=1e-9)
+        assert curve.state(begin).s_c == pytest.approx(1.0, abs=1e-9)
 
 
 # `python -m validation survey` solves many more.
@@ -162,7 +163,7 @@ def test_a_rod_that_lies_down_is_held_more_firmly():
 @pytest.mark.parametrize(("theta", "eta"), [(2.3877, 0.8215), (1.0784, 0.6471), (2.38771, 0.82151)])
 def test_a_lock_in_a_kink_lies_where_the_contact_changes(theta, eta):
     curve = line(theta, eta)
-    assert curve.x0_lock == curve.x0_touch == curve.pieces[1].first_x0
+    assert curve.x0_lock == curve.x0_touch == curve.pieces.first_x0[1]
     assert curve.contact(curve.x0_lock) == ["line"]
     assert curve.x0_touch == pytest.approx(solve_curve(theta, eta).x0_touch, abs=1e-11)
 

@@ -9,10 +9,4 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 StrArray = NDArray[np.str_]
-Index = (
-    NDArray[np.integer[Any]]
-    | NDArray[np.bool_]
-    | slice
-    | int
-    | tuple[slice | NDArray[np.integer[Any]], int | NDArray[np.integer[Any]]]
-)
+Index = NDArray[np.integer[Any]] | NDArray[np.bool_] | slice | int | tuple[Any, ...]

@@ -24,7 +24,11 @@ class Batch:
     @property
     def columns(self) -> dict[str, FloatArray]:
         """Columns by name."""
-        return {n: values for n, values in vars(self).items() if isinstance(values, np.ndarray)}
+        return {n: values for n, values in self._fields() if isinstance(values, np.ndarray)}
+
+    def _fields(self) -> Iterator[tuple[str, Any]]:
+        """Names and values of the fields, without what is kept beside them."""
+        return ((name, self.__dict__[name]) for name in self.__dataclass_fields__)
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -37,7 +41,7 @@ class Batch:
         """Apply a function to every column."""
         # Not by the constructor, which takes as long as the solution of a small state.
         changed = object.__new__(type(self))
-        for name, values in self.__dict__.items():
+        for name, values in self._fields():
             if isinstance(values, np.ndarray):
                 values = change(values)
             elif isinstance(values, Batch):
@@ -55,7 +59,7 @@ class Batch:
 
     def put(self, index: Index, other: Self) -> None:
         """Overwrite the rows at `index` by those of `other`, in place."""
-        for name, values in other.__dict__.items():
+        for name, values in other._fields():
             if isinstance(values, np.ndarray):
                 self.__dict__[name][index] = values
             elif isinstance(values, Batch):
@@ -64,33 +68,19 @@ class Batch:
     @classmethod
     def concatenate(cls, parts: Sequence[Self]) -> Self:
         """Join batches row-wise; fields that are no columns come from the first batch."""
-        return cls._joined(parts, np.concatenate)
-
-    @classmethod
-    def stack(cls, parts: Sequence[Self]) -> Self:
-        """Put batches of equal length behind one another: a new first axis counts them."""
-        return cls._joined(parts, np.stack)
-
-    @classmethod
-    def _joined(cls, parts: Sequence[Self], join: Callable[..., FloatArray]) -> Self:
-        """Join the columns of some batches."""
         joined: dict[str, Any] = {}
-        for name, values in vars(parts[0]).items():
-            columns = [vars(part)[name] for part in parts]
+        for name, values in parts[0]._fields():
+            columns = [part.__dict__[name] for part in parts]
             if isinstance(values, np.ndarray):
-                joined[name] = join(columns)
+                joined[name] = np.concatenate(columns)
             elif isinstance(values, Batch):
-                joined[name] = values._joined(columns, join)
+                joined[name] = values.concatenate(columns)
         return replace(parts[0], **joined)
 
     @classmethod
     def unknown(cls, shape: int | tuple[int, ...]) -> Self:
         """Columns of NaN, all of one shape; for classes that have only columns."""
         return cls(**{name: np.full(shape, np.nan) for name in cls.names()})
-
-    def matrix(self) -> FloatArray:
-        """All columns as one array, shape (rows, columns)."""
-        return np.stack(list(self.columns.values()), axis=-1)
 
     @classmethod
     def from_matrix(cls, matrix: FloatArray, **known: FloatArray) -> Self:

@@ -42,18 +42,20 @@ def bracketed_root(
         By default the middle of the brackets.
     """
     root, width = 0.5 * (low + high) if guess is None else guess.copy(), high - low
-    below, above = low.copy(), high.copy()
-    begins = np.sign(function(low, *args)[0])
+    below, above, begins = low.copy(), high.copy(), np.empty_like(low)
     lost = np.ones(root.shape, dtype=bool)
     for step_number in range(MOST_STEPS):
         # A root that is found stays as it is: it does not depend on what else is sought.
         at = root[lost]
-        value, slope = function(at, *(arg[lost] for arg in args))
+        some = [arg[lost] for arg in args]
+        value, slope = function(at, *some)
         with np.errstate(divide="ignore", invalid="ignore"):
             step = value / slope
         found = np.abs(step) < NEWTON_TOLERANCE * width[lost]
         # Where Newton's steps do not converge within the bracket, it is halved.
         if step_number >= NEWTON_STEPS:
+            if step_number == NEWTON_STEPS:
+                begins[lost] = np.sign(function(low[lost], *some)[0])
             before = np.sign(value) == begins[lost]
             below[lost], above[lost] = (
                 np.where(before, at, below[lost]),

@@ -10,7 +10,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import slices
 
 # Places at which series are evaluated together: what belongs to them stays in the cache.
-PLACES_AT_ONCE = 1024
+PLACES_AT_ONCE = 2048
 # Distance from the real line, or from its end, within which a root counts as one on it.
 ROOT_TOLERANCE = 1e-8
 
@@ -140,7 +140,7 @@ def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatA
 
     Parameters
     ----------
-    coefficients : ndarray, shape (n, k, v)
+    coefficients : ndarray, shape (n, v, k)
         Of `v` series in each of `n` groups, k at least 2.
     which : ndarray of int, shape (m,)
         Group of each place.
@@ -153,12 +153,12 @@ def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatA
         Each row is a product of its own: it is the same, bit for bit, whatever else is asked for.
     """
     x = np.clip(position, -1.0, 1.0)
-    values = np.empty((len(x), coefficients.shape[2]))
+    values = np.empty((len(x), coefficients.shape[1]))
     for some in slices(len(x), PLACES_AT_ONCE):
         # In the order in which a single place has them, too, so that sums are taken alike.
-        order = coefficients.shape[1] - 1
+        order = coefficients.shape[2] - 1
         polynomials = np.ascontiguousarray(chebyshev.chebvander(x[some], order))
-        values[some] = (polynomials[:, None] @ coefficients[which[some]])[:, 0]
+        values[some] = np.matvec(coefficients[which[some]], polynomials)
     return values
 
 

@@ -391,8 +391,8 @@ def _kept_curve(
     (curve,) = collocation.solve_curves(
         np.array([theta]), np.array([eta]), contact, [mounting], section
     )
-    for piece in (*curve.pieces, *curve.retraction):
-        for values in piece.states.columns.values():
+    for pieces in (curve.pieces, curve.retraction):
+        for values in pieces.states.columns.values():
             values.flags.writeable = False
     return curve
 

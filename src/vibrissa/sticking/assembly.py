@@ -1,15 +1,17 @@
 """Assembly of curves from solved parts: critical states, first line contacts, ends."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Contact, End, RodSection, Status
+from vibrissa.numerics.arrays import FloatArray, StrArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.outcomes import End, RodSection, Status
 from vibrissa.sticking.curve import SAME, StickingCurve, failed_curve
-from vibrissa.sticking.piece import PieceArray
+from vibrissa.sticking.piece import Pieces
 
 NO_MAXIMUM = (
     "the path could not be followed up to a maximum of -tan alpha; try a larger eta or a theta "
@@ -22,12 +24,21 @@ NOT_IN_PLANE = (
 _FORCE = ("reaction_fx", "reaction_fy")
 
 
-class Event(NamedTuple):
-    """End of a path: the value of the parameter of its piece, the kind of end, the reason."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ShapeLimits(Batch):
+    """Where pieces end because of their shapes, as values of their parameters; NaN if nowhere.
 
-    at: float
-    end: End
-    reason: str = ""
+    Attributes
+    ----------
+    out_of_reach, swings_aside : ndarray, shape (pieces,)
+        Where the shape becomes inadmissible, and where the rod buckles laterally.
+    reason : ndarray of str, shape (pieces,)
+        How the shape is inadmissible.
+    """
+
+    out_of_reach: FloatArray
+    swings_aside: FloatArray
+    reason: StrArray
 
 
 def _demand_slope(
@@ -47,7 +58,7 @@ class _Extremes(NamedTuple):
 
 
 def assembled_curves(
-    followed: Sequence[StickingCurve], events: Sequence[Sequence[Sequence[Event]]]
+    followed: Sequence[StickingCurve], limits: Sequence[ShapeLimits]
 ) -> list[StickingCurve]:
     """Cut curves off where they end, and locate their locks and first contacts along a line.
 
@@ -55,9 +66,9 @@ def assembled_curves(
     ----------
     followed : sequence of StickingCurve
         At least one; the pieces of each join from displacement 0 to beyond its end, those
-        without x0 as parameter last. Their `end` holds where no event comes before.
-    events : sequence of sequences of sequences of Event
-        For each piece of each curve.
+        without x0 as parameter last. Their `end` holds where they have no other.
+    limits : sequence of ShapeLimits
+        Of the pieces of each curve.
 
     Returns
     -------
@@ -65,20 +76,18 @@ def assembled_curves(
         ``failed`` if −tan α has no maximum inside the given displacements, ``out_of_reach`` and up
         to there if the shape becomes inadmissible before.
     """
-    kept = _until_end(followed, events)
-    extremes = _extremes(PieceArray(pieces=tuple(piece for one in kept for piece in one.pieces)))
+    kept = _until_end(followed, ShapeLimits.concatenate(limits))
+    extremes = _extremes(Pieces.concatenate([curve.pieces for curve in kept]))
     return [
         _with_lock(curve, _Extremes(*(values[rows] for values in extremes)))
         for curve, rows in zip(kept, _rows(kept), strict=True)
     ]
 
 
-def _rows(curves: Iterable[StickingCurve]) -> Iterator[slice]:
-    """Slices of the pieces of each curve in the joined array of pieces."""
-    start = 0
-    for curve in curves:
-        yield slice(start, start + len(curve.pieces))
-        start += len(curve.pieces)
+def _rows(curves: Sequence[StickingCurve]) -> list[slice]:
+    """Slices of the pieces of each curve in the joined pieces."""
+    bounds = np.cumsum([0, *(len(curve.pieces) for curve in curves)]).tolist()
+    return [slice(start, stop) for start, stop in pairwise(bounds)]
 
 
 def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
@@ -108,57 +117,42 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
     )
 
 
-def _until_end(
-    followed: Sequence[StickingCurve], events: Sequence[Sequence[Sequence[Event]]]
-) -> list[StickingCurve]:
-    """Cut curves off at the first event that ends them."""
-    pieces = PieceArray(pieces=tuple(piece for one in followed for piece in one.pieces))
+def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[StickingCurve]:
+    """Cut curves off at their first end."""
+    pieces = Pieces.concatenate([curve.pieces for curve in followed])
     found = {
-        End.SWINGS_ASIDE: _passes_under(followed, pieces),
+        End.OUT_OF_REACH: limits.out_of_reach,
+        End.SWINGS_ASIDE: np.fmin(limits.swings_aside, _passes_under(followed, pieces)),
         End.SNAPS: pieces.turning_points(),
         End.LIFTS_OFF: _lifts(pieces),
     }
-    ends, cuts = [], {}
-    for curve, some, rows in zip(followed, events, _rows(followed), strict=True):
-        kept: list[int] = []
-        first = Event(np.inf, curve.end, curve.end_message)
-        for row, shown in zip(range(rows.start, rows.stop), some, strict=True):
-            known = [*shown, *(Event(at[row], end) for end, at in found.items())]
-            known = [event for event in known if np.isfinite(event.at)]
-            stop = min((event.at for event in known), default=np.inf)
-            if stop > pieces.start[row] + SAME:
-                kept.append(row)
-                if stop < pieces.stop[row]:
-                    cuts[row] = stop
-            if known:
-                first = min(known, key=lambda event: event.at)
-                break
-        if first.end is End.SWINGS_ASIDE and not kept:
-            first = first._replace(reason=NOT_IN_PLANE)
-        ends.append((kept, first))
-    shorter = pieces.restricted(np.array([*cuts], dtype=np.int64), np.array([*cuts.values()]))
-    cut = dict(zip(cuts, shorter, strict=True))
-    return [
-        replace(
-            curve,
-            pieces=tuple(cut.get(row, pieces.pieces[row]) for row in kept),
-            end=first.end,
-            end_message=first.reason,
-        )
-        for curve, (kept, first) in zip(followed, ends, strict=True)
-    ]
+    at = np.array([*found.values()])
+    at[np.isnan(at)] = np.inf
+    stop, ends = at.min(axis=0), np.array([*found], dtype=object)[at.argmin(axis=0)]
+    begins = stop > pieces.start + SAME
+    shorter, cut = pieces.copy(), np.flatnonzero(begins & (stop < pieces.stop))
+    shorter.put(cut, pieces.take(cut).up_to(stop[cut]))
+    kept = []
+    for curve, rows in zip(followed, _rows(followed), strict=True):
+        end, reason, last = curve.end, curve.end_message, rows.stop
+        if np.isfinite(stop[rows]).any():
+            row = rows.start + int(np.isfinite(stop[rows]).argmax())
+            end, last = ends[row], row + int(begins[row])
+            reason = str(limits.reason[row]) if end is End.OUT_OF_REACH else ""
+        if end is End.SWINGS_ASIDE and last == rows.start:
+            reason = NOT_IN_PLANE
+        some = shorter.take(np.arange(rows.start, last))
+        kept.append(replace(curve, pieces=some, end=end, end_message=reason))
+    return kept
 
 
-def _lifts(pieces: PieceArray) -> FloatArray:
+def _lifts(pieces: Pieces) -> FloatArray:
     """Where on each piece the surface would have to pull from there on; NaN where nowhere."""
-    lifts = np.full(len(pieces.pieces), np.nan)
-    rows = np.flatnonzero(pieces.samples.reaction_fy.max(axis=1, initial=-np.inf) >= 0.0)
-    fy = pieces.samples.reaction_fy
-    lifts[rows] = pieces.first(rows, fy, np.zeros(len(rows)), {"reaction_fy": 1.0})
-    return lifts
+    none, fy = np.zeros(len(pieces)), pieces.samples.reaction_fy
+    return pieces.first(np.arange(len(pieces)), fy, none, {"reaction_fy": 1.0})
 
 
-def _passes_under(curves: Sequence[StickingCurve], pieces: PieceArray) -> FloatArray:
+def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray:
     """Where ideal round rods buckle: x0 = x1_init − (1 − s_c), under the contact point; or NaN."""
     passes = [c.section is RodSection.ROUND and c.mounting.is_ideal for c in curves]
     each = np.where(passes, [curve.x1_init for curve in curves], np.nan)
@@ -172,23 +166,18 @@ def _passes_under(curves: Sequence[StickingCurve], pieces: PieceArray) -> FloatA
     return at
 
 
-def _extremes(pieces: PieceArray) -> _Extremes:
+def _extremes(pieces: Pieces) -> _Extremes:
     """Find where −tan α is largest, and where rods touch the surface."""
-    top, demand, touch = np.full((3, len(pieces.pieces)), np.nan)
-    rows = np.arange(len(pieces.pieces))
-    if len(rows):
-        # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
-        ahead = pieces.samples.reaction_fx <= 0.0
-        sampled = np.where(ahead, pieces.samples.mobilised_friction, -np.inf)
-        states = pieces.at(rows, pieces.largest(rows, sampled, _FORCE, _demand_slope))
-        top, demand = states.x0, np.where(states.reaction_fx <= 0.0, states.mobilised_friction, 0.0)
-    rows = np.flatnonzero(~pieces.line)
-    at = pieces.first(rows, -pieces.samples.phi1, np.zeros(len(rows)), {"phi1": 1.0})
-    rows, at = rows[np.isfinite(at)], at[np.isfinite(at)]
-    if len(rows):
-        touch[rows] = pieces.at(rows, at).x0
-    touch[pieces.line] = pieces.first_x0[pieces.line]
-    return _Extremes(top=top, demand=demand, touch=touch)
+    rows, tips = np.arange(len(pieces)), np.flatnonzero(~pieces.line)
+    # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
+    ahead = pieces.samples.reaction_fx <= 0.0
+    sampled = np.where(ahead, pieces.samples.mobilised_friction, -np.inf)
+    states = pieces.at(rows, pieces.largest(rows, sampled, _FORCE, _demand_slope))
+    demand = np.where(states.reaction_fx <= 0.0, states.mobilised_friction, 0.0)
+    touch, none = pieces.first_x0.copy(), np.zeros(len(tips))
+    at = pieces.first(tips, -pieces.samples.phi1, none, {"phi1": 1.0})
+    touch[tips] = pieces.displacements(tips, at)
+    return _Extremes(top=states.x0, demand=demand, touch=touch)
 
 
 def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
@@ -196,20 +185,19 @@ def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
     pieces = curve.pieces
     if not pieces:
         return np.nan, -np.inf
-    if curve.end is End.LIFTS_OFF and pieces[-1].states.reaction_fx[-1] < 0.0:
+    if curve.end is End.LIFTS_OFF and pieces.states.reaction_fx[-1, -1] < 0.0:
         return curve.x0_end, np.inf
     row = int(np.argmax(extremes.demand))
     x0_lock = float(extremes.top[row])
     # A maximum in a kink belongs to both pieces: put it where the second one begins.
-    for piece in pieces[1:]:
-        if abs(piece.first_x0 - x0_lock) <= SAME:
-            x0_lock = piece.first_x0
-    return x0_lock, float(extremes.demand[row])
+    begins = pieces.first_x0[1:]
+    kinks = begins[np.abs(begins - x0_lock) <= SAME]
+    return float(kinks[-1]) if len(kinks) else x0_lock, float(extremes.demand[row])
 
 
 def _first_touch(curve: StickingCurve, extremes: _Extremes) -> float:
     """First displacement at which φ1 = 0 on a curve; NaN if there is none."""
-    lying = [piece.contact is Contact.LINE for piece in curve.pieces]
+    lying = curve.pieces.line
     # Where the rod lies down, it touches the surface for the first time.
-    sought = extremes.touch[lying if any(lying) else np.isfinite(extremes.touch)]
+    sought = extremes.touch[lying if lying.any() else np.isfinite(extremes.touch)]
     return float(sought[0]) if len(sought) else np.nan

@@ -13,7 +13,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import End, RodSection, Status
-from vibrissa.sticking.piece import Piece, StickingState
+from vibrissa.sticking.piece import NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.reading import CurveArray, mirrored
 
 # Displacements that are nearer to each other are one: where two pieces meet, and at the end. A
@@ -41,9 +41,9 @@ class StickingCurve:
         What went wrong and what to try; more about the end.
     x1_init : float
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
-    pieces : tuple of Piece
+    pieces : Pieces
         Smooth pieces of the curve, in order.
-    retraction : tuple of Piece
+    retraction : Pieces
         Smooth pieces at x0 < 0, where the clamp pulls the tip; empty where the section is planar,
         the mounting not ideal, or they were not solved.
     section : RodSection
@@ -67,8 +67,8 @@ class StickingCurve:
     status: Status
     message: str = ""
     x1_init: float = np.nan
-    pieces: tuple[Piece, ...] = field(default=(), repr=False)
-    retraction: tuple[Piece, ...] = field(default=(), repr=False)
+    pieces: Pieces = field(default=NO_PIECES, repr=False)
+    retraction: Pieces = field(default=NO_PIECES, repr=False)
     section: RodSection = RodSection.ROUND
     residual: float = np.nan
     x0_lock: float = np.nan
@@ -89,7 +89,7 @@ class StickingCurve:
     @property
     def x0_end(self) -> float:
         """Last displacement of the curve (L); NaN where it has no states."""
-        return self.pieces[-1].last_x0 if self.pieces else np.nan
+        return float(self.pieces.last_x0[-1]) if self.pieces else np.nan
 
     def _need_states(self, what: str) -> None:
         if not self.pieces:
@@ -98,7 +98,7 @@ class StickingCurve:
     @property
     def x0_pull(self) -> float:
         """First displacement of the curve (L): that of its retraction, 0 without one."""
-        return self.retraction[0].first_x0 if self.retraction else 0.0
+        return float(self.retraction.first_x0[0]) if self.retraction else 0.0
 
     @cached_property
     def _alone(self) -> CurveArray:

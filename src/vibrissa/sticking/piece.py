@@ -1,17 +1,19 @@
 """Smooth parts of equilibrium paths, and searches for levels and maxima on them.
 
-The result on one piece of a `PieceArray` does not depend on the others, bit for bit.
+The result on one of some `Pieces` does not depend on the others, bit for bit.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from vibrissa.mechanics.states import ContactState, Values
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root, first_reached
 from vibrissa.numerics.spectral import (
     chebyshev_derivative,
@@ -19,8 +21,9 @@ from vibrissa.numerics.spectral import (
     chebyshev_series,
     chebyshev_transform,
 )
-from vibrissa.outcomes import Contact
 
+# Chebyshev points at which each piece has states: as many as the most that are solved.
+STATES = 49
 # Samples of each piece between which crossings are bracketed before they are located exactly.
 SAMPLES = 257
 # Columns of margins of stability, which are known at fewer places.
@@ -52,177 +55,74 @@ DISPLACEMENT = {"x0": 1.0}
 Slope = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Piece:
-    """A smooth piece of a sticking curve, with one kind of contact.
-
-    Attributes
-    ----------
-    by_x0 : bool
-        Whether x0 is the continuation parameter; where the force changes fast, or x0 turns back, it
-        is that of equation E3c (`vibrissa.mechanics.equations`).
-    start, stop : float
-        First and last value of the continuation parameter (x0 in L).
-    states : StickingState, columns of shape (k,)
-        States at Chebyshev points of the parameter; x0 increases.
-    """
-
-    contact: Contact
-    by_x0: bool
-    start: float
-    stop: float
-    states: StickingState
-
-    @property
-    def first_x0(self) -> float:
-        """Displacement at which the piece begins (L)."""
-        return float(self.states.x0[0])
-
-    @property
-    def last_x0(self) -> float:
-        """Displacement at which the piece ends (L)."""
-        return float(self.states.x0[-1])
-
-    @cached_property
-    def alone(self) -> "PieceArray":
-        """The piece as an array of one."""
-        return PieceArray(pieces=(self,))
-
-    def at(self, t: FloatArray) -> StickingState:
-        """States at values of the parameter, shape (n,)."""
-        return self.alone.at(np.zeros(len(t), dtype=np.int64), t)
-
-
 def rounded_contact(s_c: FloatArray) -> FloatArray:
     """Contact points of line contact, limited to 1, as rounding may move them beyond the tip."""
     return np.where(s_c > 1.0 + CONTACT_SLACK, s_c, np.minimum(s_c, 1.0))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Series:
-    """Chebyshev series of pieces with equally many states, shape (n, k, columns)."""
-
-    states: FloatArray
-    start: FloatArray
-    length: FloatArray
-
-    @cached_property
-    def coefficients(self) -> tuple[FloatArray, ...]:
-        """Coefficients of the columns and of two derivatives, each of shape (n, k, columns)."""
-        count = self.states.shape[1]
-        derivative = chebyshev_derivative(count)
-        value = chebyshev_transform(count) @ self.states
-        slope = derivative @ value * (2.0 / self.length)[:, None, None]
-        return value, slope, derivative @ slope * (2.0 / self.length)[:, None, None]
-
-    def sampled(self, order: int) -> FloatArray:
-        """Sample derivatives at equally spaced places, shape (columns, n, SAMPLES)."""
-        sampled = _sampled_polynomials(self.states.shape[1]) @ self.coefficients[order]
-        if order == 0:
-            sampled[:, [0, -1]] = self.states[:, [0, -1]]
-        return np.moveaxis(sampled, -1, 0)
-
-
-@lru_cache
-def _sampled_polynomials(count: int) -> FloatArray:
-    return np.asarray(chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), count - 1))
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class PieceArray:
-    """Pieces of one or several curves.
+class Pieces(Batch):
+    """Smooth pieces of one or several curves, each with one kind of contact.
 
     An argument `index`, ndarray of int of shape (n,), is that of the piece of each place or level.
+
+    Attributes
+    ----------
+    line, by_x0 : ndarray of bool, shape (pieces,)
+        Whether the states are in line contact, and whether x0 is the continuation parameter; where
+        the force changes fast, or x0 turns back, it is that of equation E3c
+        (`vibrissa.mechanics.equations`).
+    start, stop : ndarray, shape (pieces,)
+        First and last values of the continuation parameters (x0 in L).
+    states : StickingState, columns of shape (pieces, STATES)
+        States at Chebyshev points of the parameters; x0 increases.
     """
 
-    pieces: tuple[Piece, ...]
+    line: BoolArray
+    by_x0: BoolArray
+    start: FloatArray
+    stop: FloatArray
+    states: StickingState
 
-    @cached_property
-    def start(self) -> FloatArray:
-        """First values of the parameters."""
-        return np.array([piece.start for piece in self.pieces])
-
-    @cached_property
-    def stop(self) -> FloatArray:
-        """Last values of the parameters."""
-        return np.array([piece.stop for piece in self.pieces])
-
-    @cached_property
+    @property
     def first_x0(self) -> FloatArray:
         """Displacements at which the pieces begin (L)."""
-        return np.array([piece.first_x0 for piece in self.pieces])
+        return np.asarray(self.states.x0[:, 0])
 
-    @cached_property
+    @property
     def last_x0(self) -> FloatArray:
         """Displacements at which the pieces end (L)."""
-        return np.array([piece.last_x0 for piece in self.pieces])
+        return np.asarray(self.states.x0[:, -1])
 
     @cached_property
-    def last(self) -> StickingState:
-        """Last states of the pieces."""
-        matrix = np.empty((len(self.pieces), len(StickingState.names())))
-        for rows, series in self._grouped:
-            matrix[rows] = series.states[:, -1]
-        return StickingState.from_matrix(matrix)
-
-    @cached_property
-    def line(self) -> BoolArray:
-        """Whether the states are in line contact."""
-        return np.array([piece.contact is Contact.LINE for piece in self.pieces], dtype=bool)
-
-    @cached_property
-    def by_x0(self) -> BoolArray:
-        """Whether the states are counted by the displacement."""
-        return np.array([piece.by_x0 for piece in self.pieces], dtype=bool)
-
-    @cached_property
-    def _grouped(self) -> list[tuple[IntArray, _Series]]:
-        """Groups of pieces with equally many states, each with the indices of its members."""
-        counts = np.array([len(piece.states) for piece in self.pieces])
-        groups = []
-        for count in np.unique(counts):
-            rows = np.flatnonzero(counts == count)
-            columns = [c for row in rows for c in self.pieces[row].states.columns.values()]
-            states = np.concatenate(columns).reshape(len(rows), -1, count).swapaxes(1, 2)
-            length = self.stop[rows] - self.start[rows]
-            groups.append((rows, _Series(states=states, start=self.start[rows], length=length)))
-        return groups
-
-    @cached_property
-    def _place(self) -> tuple[IntArray, IntArray]:
-        """Group of each piece, and its place there."""
-        group, place = np.empty((2, len(self.pieces)), dtype=np.int64)
-        for number, (rows, _) in enumerate(self._grouped):
-            group[rows], place[rows] = number, np.arange(len(rows))
-        return group, place
+    def _coefficients(self) -> tuple[FloatArray, ...]:
+        """Chebyshev coefficients of the columns and two derivatives, shape (pieces, columns, k)."""
+        derivative, scale = chebyshev_derivative(STATES).T, 2.0 / (self.stop - self.start)
+        value = np.stack([*self.states.columns.values()], axis=1) @ chebyshev_transform(STATES).T
+        slope = value @ derivative * scale[:, None, None]
+        return value, slope, slope @ derivative * scale[:, None, None]
 
     def _values(
         self, index: IntArray, t: FloatArray, names: Sequence[str], orders: Sequence[int]
     ) -> FloatArray:
         """Interpolate derivatives of some columns, of orders up to 2: (orders, columns, n)."""
         columns = [StickingState.names().index(name) for name in names]
-        values = np.empty((len(t), len(orders) * len(names)))
-        group, place = self._place
-        for number, (_, series) in enumerate(self._grouped):
-            rows = np.flatnonzero(group[index] == number)
-            if len(rows):
-                own = place[index[rows]]
-                some = [series.coefficients[order].take(columns, axis=2) for order in orders]
-                position = 2.0 * (t[rows] - series.start[own]) / series.length[own] - 1.0
-                values[rows] = chebyshev_series(np.concatenate(some, axis=2), own, position)
+        some = [self._coefficients[order].take(columns, axis=1) for order in orders]
+        start, stop = self.start[index], self.stop[index]
+        position = 2.0 * (t - start) / (stop - start) - 1.0
+        values = chebyshev_series(np.concatenate(some, axis=1), index, position)
         return values.T.reshape(len(orders), len(names), len(t))
 
     def _sampled(self, order: int) -> StickingState:
         """Sample derivatives of the states at `sample_places`."""
-        columns = np.empty((len(StickingState.names()), *self.sample_places.shape))
-        for rows, series in self._grouped:
-            columns[:, rows] = series.sampled(order)
-        return StickingState(**dict(zip(StickingState.names(), columns, strict=True)))
+        polynomials = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES - 1)
+        sampled = self._coefficients[order] @ polynomials.T
+        return StickingState.from_matrix(np.moveaxis(sampled, 1, -1))
 
     def at(self, index: IntArray, t: FloatArray) -> StickingState:
         """States at values of the parameters."""
         (columns,) = self._values(index, t, StickingState.names(), (0,))
-        states = StickingState(**dict(zip(StickingState.names(), columns, strict=True)))
+        states = StickingState.from_matrix(columns.T)
         line = self.line[index]
         # No margin exceeds 1, but between the states the interpolant may.
         exact = {name: np.minimum(getattr(states, name), 1.0) for name in MARGINS}
@@ -263,28 +163,17 @@ class PieceArray:
 
     @cached_property
     def samples(self) -> StickingState:
-        """States at `sample_places`, good enough to bracket crossings."""
-        return self._sampled(0)
+        """States at `sample_places`, good enough to bracket crossings; exact at the ends."""
+        samples, ends = self._sampled(0), [0, -1]
+        for name, values in samples.columns.items():
+            values[:, ends] = getattr(self.states, name)[:, ends]
+        return samples
 
-    def restricted(self, index: IntArray, stop: FloatArray) -> list[Piece]:
-        """Cut pieces off at values of their parameters."""
-        if not len(index):
-            return []
-        counts = [len(self.pieces[row].states) for row in index]
-        places = [
-            self.start[row] + (end - self.start[row]) * chebyshev_nodes(count)
-            for row, end, count in zip(index, stop, counts, strict=True)
-        ]
-        states = self.at(np.repeat(index, counts), np.concatenate(places))
-        first = np.cumsum([0, *counts])
-        return [
-            replace(
-                self.pieces[row],
-                stop=float(end),
-                states=states.take(slice(begin, begin + count)).copy(),
-            )
-            for row, end, begin, count in zip(index, stop, first, counts, strict=False)
-        ]
+    def up_to(self, stop: FloatArray) -> Self:
+        """Cut all pieces off at values of their parameters."""
+        places = self.start[:, None] + (stop - self.start)[:, None] * chebyshev_nodes(STATES)
+        states = self.at(np.repeat(np.arange(len(self)), STATES), places.ravel())
+        return replace(self, stop=stop, states=states.each(lambda v: v.reshape(places.shape)))
 
     def first(
         self,
@@ -370,8 +259,17 @@ class PieceArray:
 
     def turning_points(self) -> FloatArray:
         """Values of the parameters at which x0 is largest; NaN if it always increases."""
-        turns, index = np.full(len(self.pieces), np.nan), np.flatnonzero(~self.by_x0)
+        turns, index = np.full(len(self), np.nan), np.flatnonzero(~self.by_x0)
         if len(index):
             slopes, none = self._sampled(1).x0, np.zeros(len(index))
             turns[index] = self.first(index, -slopes, none, DISPLACEMENT, derivative=1)
         return turns
+
+
+NO_PIECES = Pieces(
+    line=np.empty(0, dtype=bool),
+    by_x0=np.empty(0, dtype=bool),
+    start=np.empty(0),
+    stop=np.empty(0),
+    states=StickingState.unknown((0, STATES)),
+)

@@ -13,7 +13,7 @@ import numpy as np
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.roots import first_reached
 from vibrissa.outcomes import Contact, End, Status
-from vibrissa.sticking.piece import PieceArray, StickingState
+from vibrissa.sticking.piece import Pieces, StickingState
 
 if TYPE_CHECKING:
     from vibrissa.sticking.curve import StickingCurve
@@ -26,9 +26,9 @@ class CurveArray:
     curves: tuple["StickingCurve", ...]
 
     @cached_property
-    def pieces(self) -> PieceArray:
+    def pieces(self) -> Pieces:
         """Pieces of all curves, in the order of the curves and of x0."""
-        return PieceArray(pieces=tuple(p for c in self.curves for p in (*c.retraction, *c.pieces)))
+        return Pieces.concatenate([p for c in self.curves for p in (c.retraction, c.pieces)])
 
     @cached_property
     def stop(self) -> IntArray:
@@ -143,7 +143,7 @@ class CurveArray:
         states = StickingState.unknown(len(mu0))
         ends = np.array([curve.end for curve in self.curves], dtype=object)[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
-        states.put(followed, self.pieces.last.take(self.stop[index[followed]] - 1))
+        states.put(followed, self.pieces.states.take((self.stop[index[followed]] - 1, -1)))
         place, pieces, sampled = self.pushed[index], self.pieces, self._alpha_past_the_lock
         while True:
             rows = np.flatnonzero((place < self.stop[index]) & (ends != End.SLIPS_BACK))

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.steps import last_step_within, step_position
-from vibrissa.outcomes import Contact, Status
+from vibrissa.outcomes import Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.reading import CurveArray
@@ -81,7 +81,7 @@ def read_curves(
     slips = np.isfinite(x0_slip)
     n_steps, x0_max = _last_steps(x0_slip, [step for pairs in dx0 for step in pairs])
     # A rod that is free to lie down does not pass through the surface.
-    touches = np.array([all(p.contact is Contact.POINT for p in curve.pieces) for curve in curves])
+    touches = np.array([not curve.pieces.line.any() for curve in curves])
     x0_touch = np.array([curve.x0_touch for curve in curves])[of]
     sticks_until = np.where(slips, x0_slip, together.x0_lock[of])
     n = len(of)

@@ -6,7 +6,6 @@ Where the clamp pulls (x0 < 0), it is known up to the most friction that a path 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +18,7 @@ from vibrissa.outcomes import End, Status
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.piece import Pieces
 
 # Knots on each smooth piece of the curve; the spline between them is good to about 1e-9.
 KNOTS = 641
@@ -179,13 +179,14 @@ def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Respons
 
 def tabulated(curve: StickingCurve) -> Response:
     """Tabulate the response of a solved curve, with its retraction where that is resolved."""
-    pieces = (*curve.retraction, *curve.pieces)
+    pieces = Pieces.concatenate([curve.retraction, curve.pieces])
     parts: list[PPoly] = []
-    for piece in pieces:
+    for number, begin in enumerate(pieces.first_x0):
         # Equal steps of the piece's parameter: near a limit point they are short in x0.
-        states = piece.at(np.linspace(piece.start, piece.stop, KNOTS))
+        t = np.linspace(pieces.start[number], pieces.stop[number], KNOTS)
+        states = pieces.at(np.full(KNOTS, number), t)
         # A piece begins where it says, not beside it by rounding: x0 = 0 lies in the first one.
-        x0 = np.append(piece.first_x0, states.x0[1:])
+        x0 = np.append(begin, states.x0[1:])
         loads = [states.reaction_fx, states.reaction_fy, states.reaction_m]
         parts.append(CubicSpline(x0, np.stack(loads, axis=-1)))
     reactions = PPoly(
@@ -193,11 +194,11 @@ def tabulated(curve: StickingCurve) -> Response:
         np.concatenate([*(part.x[:-1] for part in parts), parts[-1].x[-1:]]),
         extrapolate=False,
     )
-    kinks = [b.first_x0 for a, b in pairwise(pieces) if a.contact is not b.contact]
+    kinks = pieces.first_x0[1:][np.diff(pieces.line)]
     # A curve that ends before a lock has its most there.
     x0_lock = curve.x0_lock if np.isfinite(curve.x0_lock) else float(reactions.x[-1])
     # The mirror image of a mounted rod is not a state of it.
-    dragged = bool(curve.retraction) and curve.mounting == IDEAL
+    dragged = len(curve.retraction) > 0 and curve.mounting == IDEAL
     return Response(
         reactions=reactions,
         x0_lock=x0_lock,

@@ -19,11 +19,11 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
 from vibrissa.sticking.assembly import assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
-from vibrissa.sticking.piece import CONTACT_SLACK, PieceArray
+from vibrissa.sticking.piece import CONTACT_SLACK, NO_PIECES, Pieces
 from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.cutting import cut, exact_ends, guessed, sections_of
-from vibrissa.sticking.solving.finishing import Finished, finished
+from vibrissa.sticking.solving.finishing import NOTHING, Finished, finished
 from vibrissa.sticking.solving.following import (
     CLOSENESS,
     Closeness,
@@ -170,18 +170,18 @@ def _curves(
     ended = _ended(side, section, ideal, most)
     followed = follow(branches, states, side, model, ended, closeness.longest)
     followed = followed._replace(knots=_up_to_steep(branches, followed, side, most))
-    resolved, whole = _resolved(branches, followed, side, round_rods=round_rods, ideal=ideal)
-    curves, rows = {}, [row for row in range(count) if resolved[row]]
+    paths, whole = _resolved(branches, followed, side, round_rods=round_rods, ideal=ideal)
+    uncut, rows = [], [row for row in range(count) if len(paths[row])]
     for row in rows:
-        # One that is asked for may be known in part.
-        retraction = resolved[count + row] if both and (retract or whole[count + row]) else []
-        curve = _uncut(branches, row, resolved[row], retraction)
+        # A retraction that is asked for may be known in part.
+        known = both and (retract or whole[count + row])
+        curve = _uncut(branches, row, paths[row], paths[count + row] if known else NOTHING)
         turned = bool(followed.turned[row] and whole[row])
         end, message = (End.SNAPS, "") if turned else (End.NOT_FOLLOWED, NO_END)
         curve = replace(curve, section=section, mounting=mountings[row])
-        curves[row] = replace(curve, end=end, end_message=message)
-    events = [[part.events for part in resolved[row]] for row in rows]
-    curves |= zip(rows, assembled_curves(list(curves.values()), events), strict=True)
+        uncut.append(replace(curve, end=end, end_message=message))
+    assembled = assembled_curves(uncut, [paths[row].limits for row in rows]) if rows else []
+    curves = dict(zip(rows, assembled, strict=True))
     for row in range(count):
         theta, eta = float(branches.rods[row, 0]), float(branches.eta[row])
         if row not in curves:
@@ -191,23 +191,21 @@ def _curves(
     return [curves[row] for row in range(count)]
 
 
-def _uncut(
-    branches: Branches, row: int, parts: Sequence[Finished], retraction: Sequence[Finished]
-) -> StickingCurve:
+def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished) -> StickingCurve:
     """Put the resolved parts of one path together, to beyond its end."""
     # By definition, not up to rounding.
-    parts[0].piece.states.x0[0] = 0.0
-    if any(np.isfinite(event.at) for part in retraction for event in part.events):
-        retraction = []
+    pushed.pieces.states.x0[0, 0] = 0.0
+    limits = retraction.limits
+    admissible = np.isnan([limits.out_of_reach, limits.swings_aside]).all()
     return StickingCurve(
         theta=float(branches.rods[row, 0]),
         eta=float(branches.eta[row]),
         method=METHOD,
         status=Status.SOLVED,
         x1_init=float(branches.x1_init[row]),
-        pieces=tuple(part.piece for part in parts),
-        retraction=tuple(part.piece for part in retraction),
-        residual=max(part.residual for part in (*parts, *retraction)),
+        pieces=pushed.pieces,
+        retraction=retraction.pieces if admissible else NO_PIECES,
+        residual=float(np.append(pushed.residual, retraction.residual).max()),
     )
 
 
@@ -254,7 +252,7 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
 
 def _resolved(
     branches: Branches, followed: Followed, side: FloatArray, *, round_rods: bool, ideal: bool
-) -> tuple[list[list[Finished]], list[bool]]:
+) -> tuple[list[Finished], BoolArray]:
     """Resolve the parts of each path, in the order of x0, up to a failure; True without one."""
     knots, sections = followed.knots, sections_of(followed, side)
     parts = cut(branches, followed, side, sections)
@@ -266,23 +264,29 @@ def _resolved(
         parts.length[tip] = np.minimum(parts.length, under)[tip]
     known = parts.take(np.flatnonzero(parts.length > 0.0))
     guess = guessed(known, sections, branches, knots, STATES_ALONG_PART[0])
-    solved: dict[int, list[Finished]] = defaultdict(list)
-    for found in resolve(known, branches.rods, guess):
-        for one in finished(found, branches, side, round_rods=round_rods, ideal=ideal):
-            solved[one.section].append(one)
-    pieces: list[list[Finished]] = [[] for _ in side]
-    whole = [True] * len(side)
+    solved = (
+        finished(one, branches, side, round_rods=round_rods, ideal=ideal)
+        for one in resolve(known, branches.rods, guess)
+    )
+    found = Finished.concatenate([NOTHING, *solved])
+    length = found.pieces.stop - found.pieces.start
+    covered = np.bincount(found.section, length, len(parts))
+    complete = covered > parts.length * (1.0 - 1e-9)
+    whole, counts = np.ones(len(side), dtype=bool), np.zeros(len(parts), dtype=bool)
     for number, branch in enumerate(parts.branch.tolist()):
-        covered = sum(one.piece.stop - one.piece.start for one in solved[number])
-        whole[branch] &= bool(covered > parts.length[number] * (1.0 - 1e-9))
-        if whole[branch]:
-            pieces[branch] += solved[number]
-    return [sorted(some, key=lambda one: one.piece.first_x0) for some in pieces], whole
+        whole[branch] &= complete[number]
+        counts[number] = whole[branch]
+    paths = []
+    for branch in range(len(side)):
+        rows = np.flatnonzero((counts & (parts.branch == branch))[found.section])
+        rows = rows[np.argsort(found.pieces.first_x0[rows])]
+        paths.append(found.take(rows))
+    return paths, whole
 
 
 def _is_possible(curve: StickingCurve) -> bool:
     """Whether no part has the other kind of contact than it was cut out for."""
-    pieces, slack = PieceArray(pieces=(*curve.retraction, *curve.pieces)), CONTACT_SLACK
+    pieces, slack = Pieces.concatenate([curve.retraction, curve.pieces]), CONTACT_SLACK
     phi1, s_c = pieces.samples.phi1, pieces.samples.s_c
     lies = pieces.line[:, None]
     return bool(np.where(lies, (0.0 < s_c) & (s_c <= 1.0 + slack), phi1 >= -slack).all())

@@ -1,8 +1,7 @@
 """Events on resolved parts that need their shapes: lateral buckling, inadmissible shapes."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +9,8 @@ from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import (
     chebyshev_derivative,
     chebyshev_nodes,
@@ -18,9 +18,8 @@ from vibrissa.numerics.spectral import (
     chebyshev_transform,
     interpolation,
 )
-from vibrissa.outcomes import Contact, End
-from vibrissa.sticking.assembly import Event
-from vibrissa.sticking.piece import Piece, StickingState, rounded_contact
+from vibrissa.sticking.assembly import ShapeLimits
+from vibrissa.sticking.piece import NO_PIECES, STATES, Pieces, StickingState, rounded_contact
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.refinement import Resolved, along
 
@@ -39,59 +38,81 @@ STABILITY_NODES, FEWEST_STABILITY_NODES = 0.45, 14
 BUCKLING_WIDTHS = (1e-4, 1e-7)
 
 
-class Finished(NamedTuple):
-    """A resolved part of a section, and where its shapes become inadmissible or it buckles."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Finished(Batch):
+    """Resolved parts of sections, and where they end because of their shapes."""
 
-    section: int
-    piece: Piece
-    residual: float
-    events: list[Event]
+    section: IntArray
+    pieces: Pieces
+    limits: ShapeLimits
+    residual: FloatArray
+
+
+NOTHING = Finished(
+    section=np.empty(0, dtype=np.int64),
+    pieces=NO_PIECES,
+    limits=ShapeLimits.unknown(0),
+    residual=np.empty(0),
+)
 
 
 def finished(
     found: Resolved, branches: Branches, side: FloatArray, *, round_rods: bool, ideal: bool
-) -> Iterator[Finished]:
+) -> Finished:
     """Add to resolved parts their stability and how far their shapes are admissible."""
-    parts, count = found.parts, found.count
-    some = branches.take(parts.branch)
-    position, every_second = chebyshev_nodes(STATES_LOOKED_AT), (count + 1) // 2
-    margins = _margins(found.at(chebyshev_nodes(every_second)), len(parts), round_rods)
-    to_states = interpolation(every_second, chebyshev_nodes(count))
-    offset, fx, fy, moment, phi1, s_c = np.moveaxis(found.loads, -1, 0)
+    parts = found.parts
+    pieces = _pieces(found, branches, side, round_rods)
+    limits = ShapeLimits(
+        out_of_reach=np.full(len(parts), np.nan),
+        swings_aside=np.full(len(parts), np.nan),
+        reason=np.full(len(parts), "", dtype=object),
+    )
+    position = chebyshev_nodes(STATES_LOOKED_AT)
+    nearest = _looked_at(found, position).smallest
+    for row in range(len(parts)):
+        level = np.empty(0)
+        if found.path.curvature.shape[1] and not parts.line[row]:
+            level = _level(found.loads[:, row, 4])
+        if len(level) or nearest[:, row].min() < CLOSE:
+            share, how = _limit(found.take(np.array([row])), np.union1d(position, level))
+            limits.out_of_reach[row] = parts.start[row] + share * parts.length[row]
+            limits.reason[row] = how
+    if round_rods and not ideal:
+        limits.swings_aside[:] = _buckling(found, pieces)
+    # In the order of x0: Chebyshev points are so, too, from the other end.
+    back = np.flatnonzero(side[parts.branch] < 0.0)
+    turned = pieces.take(back)
+    backwards = turned.states.take((slice(None), slice(None, None, -1)))
+    pieces.put(back, replace(turned, start=-turned.stop, stop=-turned.start, states=backwards))
+    return Finished(section=parts.section, pieces=pieces, limits=limits, residual=found.residual)
+
+
+def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: bool) -> Pieces:
+    """States of parts at Chebyshev points, in the direction in which they were followed."""
+    parts, places = found.parts, chebyshev_nodes(STATES)
+    few = (found.count + 1) // 2
+    margins = _margins(found.at(chebyshev_nodes(few)), len(parts), round_rods)
+    to_states, from_few = (interpolation(count, places) for count in (found.count, few))
+    to_states[[0, -1]] = np.eye(found.count)[[0, -1]]
+    offset, fx, fy, moment, phi1, s_c = (to_states @ one for one in np.moveaxis(found.loads, -1, 0))
+    at = parts.start + places[:, None] * parts.length
+    x0 = branches.take(parts.branch).displacement(offset)
     states = StickingState(
-        x0=some.displacement(offset),
+        x0=np.where(parts.by_x0, side[parts.branch] * at, x0),
         reaction_fx=fx,
         reaction_fy=fy,
         reaction_m=moment,
         phi1=phi1,
         s_c=rounded_contact(s_c),
-        **{name: to_states @ values for name, values in margins.items()},
+        **{name: from_few @ values for name, values in margins.items()},
     )
-    places = parts.start + chebyshev_nodes(count)[:, None] * parts.length
-    states.x0[:, parts.by_x0] = (side[parts.branch] * places)[:, parts.by_x0]
-    nearest = _looked_at(found, position).smallest
-    for row in range(len(parts)):
-        start, length = float(parts.start[row]), float(parts.length[row])
-        piece = Piece(
-            contact=Contact.LINE if parts.line[row] else Contact.POINT,
-            by_x0=bool(parts.by_x0[row]),
-            start=start,
-            stop=start + length,
-            states=states.take((slice(None), row)).copy(),
-        )
-        events, level = [], np.empty(0)
-        if found.path.curvature.shape[1] and not parts.line[row]:
-            level = _level(states.phi1[:, row])
-        if len(level) or nearest[:, row].min() < CLOSE:
-            share, how = _limit(found.take(np.array([row])), np.union1d(position, level))
-            events.append(Event(start + share * length, End.OUT_OF_REACH, how))
-        if round_rods and not ideal:
-            events.append(Event(_buckling(found.take(np.array([row])), piece), End.SWINGS_ASIDE))
-        if side[parts.branch[row]] < 0.0:
-            # In the order of x0: Chebyshev points are so, too, from the other end.
-            backwards = piece.states.take(slice(None, None, -1))
-            piece = replace(piece, start=-piece.stop, stop=-start, states=backwards)
-        yield Finished(int(parts.section[row]), piece, float(found.residual[row]), events)
+    return Pieces(
+        line=parts.line,
+        by_x0=parts.by_x0,
+        start=parts.start,
+        stop=parts.start + parts.length,
+        states=states.each(np.transpose),
+    ).copy()
 
 
 def _level(phi1: FloatArray) -> FloatArray:
@@ -112,17 +133,18 @@ def _margins(states: RodStates, number: int, round_rods: bool) -> dict[str, Floa
     return {name: values.reshape(-1, number) for name, values in margins.items()}
 
 
-def _buckling(found: Resolved, piece: Piece) -> float:
-    """Where a rod buckles laterally, as a value of the parameter; NaN if nowhere."""
-    sampled, only = -piece.alone.samples.stability_aside, np.zeros(1, dtype=np.int64)
-    at = float(piece.alone.first(only, sampled, np.zeros(1), {"stability_aside": 1.0})[0])
-    if np.isnan(at) or sampled[0, 0] >= 0.0:
-        return at
-    length = piece.stop - piece.start
-    for width in BUCKLING_WIDTHS:
-        places = at + width * length * np.array([-1.0, 1.0])
-        before, after = stability_aside(found.at((places - piece.start) / length))
-        at = float(places[0] + before / (before - after) * (places[1] - places[0]))
+def _buckling(found: Resolved, pieces: Pieces) -> FloatArray:
+    """Where rods buckle laterally, as values of the parameters; NaN if nowhere."""
+    sampled, length = -pieces.samples.stability_aside, pieces.stop - pieces.start
+    rows, none = np.arange(len(pieces)), np.zeros(len(pieces))
+    at = pieces.first(rows, sampled, none, {"stability_aside": 1.0})
+    for row in np.flatnonzero(np.isfinite(at) & (sampled[:, 0] < 0.0)):
+        alone = found.take(np.array([row]))
+        for width in BUCKLING_WIDTHS:
+            places = at[row] + width * length[row] * np.array([-1.0, 1.0])
+            shares = (places - pieces.start[row]) / length[row]
+            before, after = stability_aside(alone.at(shares))
+            at[row] = places[0] + before / (before - after) * (places[1] - places[0])
     return at
 
 

@@ -17,10 +17,10 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, gauss_rule
-from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
-from vibrissa.sticking.assembly import Event, assembled_curves
+from vibrissa.outcomes import RodSection, Solver, Status
+from vibrissa.sticking.assembly import ShapeLimits, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
-from vibrissa.sticking.piece import Piece, StickingState
+from vibrissa.sticking.piece import STATES, Pieces, StickingState
 
 METHOD = Solver.SHOOTING
 # A curve is interpolated between steps of at most this many x1_init; a coarser Δx0 is divided
@@ -35,8 +35,8 @@ WALK_LIMIT = 1.5
 NO_END = "shooting ends at the lock; use method: collocation to follow the motion past it"
 # Points of a shape at which it is looked at.
 NODES = 48
-# States of a path, and the order of the spline through those on the step grid.
-STATES, SPLINE_DEGREE = 129, 5
+# Order of the spline through states on the step grid.
+SPLINE_DEGREE = 5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -254,12 +254,12 @@ def solve_curve(
         method=METHOD,
         status=Status.SOLVED,
         x1_init=start.x1,
-        pieces=(_smooth_piece(known),),
+        pieces=_smooth_piece(known),
         residual=worst,
         section=section,
         end_message=NO_END,
     )
-    return assembled_curves([followed], [[_limit(theta, eta, known, start.x1)]])[0]
+    return assembled_curves([followed], [_limit(theta, eta, known, start.x1)])[0]
 
 
 def _stepped(states: list[ShotState], step: float, eta: float) -> StickingState:
@@ -278,22 +278,23 @@ def _stepped(states: list[ShotState], step: float, eta: float) -> StickingState:
     )
 
 
-def _smooth_piece(known: StickingState) -> Piece:
-    """Put a spline through states on the step grid; it has states at Chebyshev points."""
-    stop, degree = float(known.x0[-1]), min(SPLINE_DEGREE, len(known) - 1)
-    spline = make_interp_spline(known.x0, np.nan_to_num(known.matrix()), k=degree)
-    smooth = StickingState.from_matrix(spline(stop * chebyshev_nodes(STATES)))
-    unknown = np.full(STATES, np.nan)
-    return Piece(
-        contact=Contact.POINT,
-        by_x0=True,
-        start=0.0,
+def _smooth_piece(known: StickingState) -> Pieces:
+    """Put a spline through states on the step grid; the piece has states at Chebyshev points."""
+    stop, degree = known.x0[-1:], min(SPLINE_DEGREE, len(known) - 1)
+    columns = np.stack([*known.columns.values()], axis=-1)
+    spline = make_interp_spline(known.x0, np.nan_to_num(columns), k=degree)
+    smooth = StickingState.from_matrix(spline(stop * chebyshev_nodes(STATES))[None])
+    unknown = np.full((1, STATES), np.nan)
+    return Pieces(
+        line=np.array([False]),
+        by_x0=np.array([True]),
+        start=np.zeros(1),
         stop=stop,
         states=replace(smooth, stability=unknown, stability_aside=unknown),
     )
 
 
-def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> list[Event]:
+def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> ShapeLimits:
     """First of some states whose shape is inadmissible, to the step."""
     rule = gauss_rule(NODES)
     s = rule.from_start @ arc_density(rule.nodes, theta)
@@ -305,8 +306,10 @@ def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> l
         line=np.zeros(len(states), dtype=bool),
     )
     clearance = clearances(shapes, np.full(len(states), eta))
-    beyond = np.flatnonzero(clearance.smallest < -TOLERANCE)
-    if not len(beyond):
-        return []
-    first = int(beyond[0])
-    return [Event(float(states.x0[first]), End.OUT_OF_REACH, clearance.reasons(first))]
+    beyond = clearance.smallest < -TOLERANCE
+    first, unknown = int(beyond.argmax()), np.full(1, np.nan)
+    return ShapeLimits(
+        out_of_reach=np.where(beyond.any(), states.x0[[first]], np.nan),
+        swings_aside=unknown,
+        reason=np.array([clearance.reasons(first)], dtype=object),
+    )
