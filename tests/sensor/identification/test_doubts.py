@@ -6,7 +6,7 @@ import pytest
 from responses import respond
 from steel import NOISE, measured, recording_of
 from vibrissa.sensor import Whisker, identify, surfaces
-from vibrissa.sensor.identification.periods import Check, Grade, grades
+from vibrissa.sensor.identification.periods import Check, Grade
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
 
@@ -84,14 +84,16 @@ def test_a_jump_of_the_clamp_is_doubted(response):
     assert doubtful == [2] and periods.doubt[3] == ""
 
 
-def test_the_grade_of_a_period_is_that_of_its_worst_doubt():
+def test_the_grade_of_a_period_is_that_of_its_worst_doubt(response):
     """Whatever the order in which the doubts are found."""
-    rows = np.array([[0, 1, 1], [0, 0, 1]], dtype=bool)
-    checks = [
-        Check(grade=grade, periods=row, sentence="") for grade, row in zip(Grade, rows, strict=True)
-    ]
+    clamp, readings, _ = signals(response)
+    sound = identified(clamp, readings).periods
+    rows = np.arange(len(sound))
+    checks = [Check(grade, rows >= k, grade.value) for k, grade in enumerate(Grade, 1)]
     for order in (checks, checks[::-1]):
-        assert grades(order, 3).tolist() == ["", "doubtful", "wrong"]
+        doubted = sound.doubted(*order)
+        assert doubted.grade[:3].tolist() == ["", "doubtful", "wrong"]
+        assert set(doubted.doubt[2].split("; ")) == {"doubtful", "wrong"}
 
 
 def test_samples_that_are_missing_on_the_way_back_are_seen(response):

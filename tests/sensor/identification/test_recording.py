@@ -117,17 +117,6 @@ def test_the_interval_is_the_usual_one_in_seconds(unit, interval):
     assert read(frame.rename(columns={"time": "time [s]"}).iloc[:2]).interval == 2.0
 
 
-@pytest.mark.parametrize(("value", "said"), [(1e100, False), (-1e100, False), (-2e100, True)])
-def test_what_is_larger_than_any_measurement_is_refused_with_its_row(value, said):
-    frame = table(rows=3).rename(columns={"footpoint [m]": "footpoint [L]"})
-    frame.loc[2, "footpoint [L]"] = value
-    if not said:
-        assert read(frame).clamp[2] == value
-        return
-    with pytest.raises(RecordingError, match=r"3: footpoint is larger than 1e\+100 in units"):
-        read(frame)
-
-
 def test_ends_that_are_no_scan_are_noted_by_their_lines():
     clamp = np.concatenate([np.zeros(40), 1e-3 * np.arange(1, 101), np.full(20, 0.1)])
     free = np.arange(160) < 15

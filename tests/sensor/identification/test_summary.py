@@ -9,7 +9,7 @@ from scipy import stats
 from steel import ROD, SENSOR
 from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.goodness import Tolerance
-from vibrissa.sensor.identification.periods import Grade, Periods, PeriodStatus
+from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slope import PLANE
 from vibrissa.sensor.quantities import Units
@@ -43,7 +43,7 @@ def periods_of(mu0, noise, step, effects=None, setting=NONE, **other):
     size = len(mu0)
     effects = np.zeros((size, 0)) if effects is None else np.array(effects)
     common = np.sqrt(np.einsum("ni,ij,nj->n", effects, setting.covariance, effects))
-    row, none = np.arange(size), np.full(size, "", dtype="U12")
+    row = np.arange(size)
     deviation = np.sqrt(np.square(noise) + step**2 + common**2)
     known = {
         "status": np.full(size, PeriodStatus.SLIP, dtype="U12"),
@@ -63,8 +63,6 @@ def periods_of(mu0, noise, step, effects=None, setting=NONE, **other):
         common=common,
         by_step=np.full(size, float(step)),
         effects=effects,
-        grade=none.copy(),
-        doubt=none.copy(),
     )
 
 
@@ -89,7 +87,8 @@ def test_noise_averages_out_by_the_weights_of_a_weighted_mean():
 )
 def test_without_a_mean_the_largest_lower_bound_is_said(status, low, grade, said):
     periods = periods_of(np.full(len(status), np.nan), 0.1, 0.0, status=status, low=low)
-    found = summary_of(replace(periods, grade=np.array(grade)), NONE)
+    wrong = Check(Grade.WRONG, np.array(grade) == "wrong", "off")
+    found = summary_of(periods.doubted(wrong), NONE)
     lines = str(found).splitlines()[1:]
     assert len(lines) == len(said)
     assert all(part in line for part, line in zip(said, lines, strict=True))
@@ -134,14 +133,15 @@ def test_one_period_is_its_own_mean():
 
 def test_wrong_periods_are_left_out_unless_most_are_wrong():
     periods = periods_of([0.3, 0.301, 0.299, 0.5], 0.001, 0.0)
-    periods.grade[3] = Grade.WRONG
-    periods.grade[2] = Grade.DOUBTFUL
+    rows = np.arange(4)
+    periods = periods.doubted(
+        Check(Grade.WRONG, rows == 3, "off"), Check(Grade.DOUBTFUL, rows == 2, "far")
+    )
     found = summary_of(periods, NONE)
     assert found.mean == pytest.approx(0.3) and found.used == 3
     assert found.left == {"wrong": 1} and "mean of 3 of 4 periods (left out: 1 wrong)" in str(found)
     assert "1 of them is in doubt" in str(found)
-    periods.grade[:3] = Grade.WRONG
-    found = summary_of(periods, NONE)
+    found = summary_of(periods.doubted(Check(Grade.WRONG, rows < 3, "off")), NONE)
     assert found.used == 4 and "do not rely on it" in str(found)
 
 

@@ -15,7 +15,6 @@ from vibrissa.sensor.identification.periods import (
     Grade,
     Periods,
     PeriodStatus,
-    checks_of_spans,
     periods_of,
 )
 from vibrissa.sensor.identification.result import Identification
@@ -60,7 +59,6 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
     NoResponseError
         If the rod has no response.
     """
-    slipped = task.slipped
     forward = Forward(task=task, whisker=whisker)
     start = started(forward, nearest(forward.blocks.readings)[0])
     _check_states(start, nearest)
@@ -71,7 +69,7 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
     doubted = not (goodness.fits and fit.settled) or any(one.far for one in tolerances)
     periods = read_periods(fit)
     found = Identification(
-        periods=periods.doubted(*checks_of_spans(slipped.clamp, slipped.spans)),
+        periods=periods.doubted(*_checks(fit, periods)),
         units=task.units,
         by_model=True,
         tolerances=tolerances,
@@ -80,9 +78,7 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
         goodness=goodness,
         causes=causes_of(fit, goodness.fits) if doubted else (),
     )
-    return found.doubted(
-        *_checks(fit, periods), *([unfitted(found, fit.settled)] if doubted else [])
-    )
+    return found.doubted(unfitted(found, fit.settled)) if doubted else found
 
 
 def unfitted(found: Identification, settled: bool = True) -> Check:

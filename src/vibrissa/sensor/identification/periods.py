@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -98,10 +99,8 @@ class Periods(Batch):
         Part of the deviation by the step of the stage.
     effects : ndarray, shape (p, k)
         Change of μ0 per unit of each of k errors of the set-up.
-    grade, doubt : ndarray of str
-        `Grade` of the worst doubt, and the doubts in words; empty where there is none.
     checks : tuple of Check
-        All doubts.
+        Reasons to doubt.
     left_out : tuple of str
         What of the recording was left out, and why.
     """
@@ -120,8 +119,6 @@ class Periods(Batch):
     common: FloatArray
     by_step: FloatArray
     effects: FloatArray
-    grade: StrArray
-    doubt: StrArray
     checks: tuple[Check, ...] = ()
     left_out: tuple[str, ...] = ()
 
@@ -141,15 +138,23 @@ class Periods(Batch):
         each = ", ".join(f"{n} {status}" for status, n in Counter(self.status.tolist()).items())
         return f"{counted(len(self), 'period')}: {each}"
 
+    @cached_property
+    def grade(self) -> StrArray:
+        """`Grade` of the worst doubt of each period; empty where there is none."""
+        found = np.full(len(self), "", dtype=f"U{max(map(len, Grade))}")
+        for one in sorted(self.checks, key=lambda one: list(Grade).index(one.grade)):
+            found[one.periods] = one.grade
+        return found
+
+    @cached_property
+    def doubt(self) -> StrArray:
+        """Doubts of each period in words, separated by semicolons."""
+        each = ((one.sentence for one in self.checks if one.periods[i]) for i in range(len(self)))
+        return np.array(["; ".join(doubts) for doubts in each], dtype=str)
+
     def doubted(self, *checks: Check) -> "Periods":
         """Add reasons to doubt."""
-        every = (*self.checks, *checks)
-        return replace(
-            self,
-            checks=every,
-            grade=grades(every, len(self)),
-            doubt=sentences(every, len(self)),
-        )
+        return replace(self, checks=(*self.checks, *checks))
 
     def on_slope(self, slope: Slope) -> "Periods":
         """Widen the error of friction by the local slope of the surface, which mimics friction."""
@@ -174,7 +179,7 @@ def periods_of(
     common: FloatArray,
     effects: FloatArray,
 ) -> Periods:
-    """Build periods with unknown contact points."""
+    """Build periods with unknown contact points, and doubt those with few or lost samples."""
     recording, spans = slipped.recording, slipped.spans
     slips, none = status == PeriodStatus.SLIP, np.full(len(spans), np.nan)
     bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))
@@ -193,13 +198,12 @@ def periods_of(
         common=np.where(slips, common, 0.0),
         by_step=np.where(slips, found.by_step, np.nan),
         effects=np.where(slips[:, None], effects, 0.0),
-        grade=np.full(len(spans), ""),
-        doubt=np.full(len(spans), ""),
+        checks=tuple(_checks_of(slipped.clamp, spans)),
         left_out=recording.notes,
     )
 
 
-def checks_of_spans(clamp: FloatArray, spans: Spans) -> list[Check]:
+def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
     """Check the way of the clamp and the number of samples."""
     ends, usual = spans.ends, usual_step(clamp)
     gap = clamp[spans.after] - clamp[ends]
@@ -221,24 +225,6 @@ def checks_of_spans(clamp: FloatArray, spans: Spans) -> list[Check]:
         Check(Grade.WRONG, few & (not coarse), spike),
         Check(Grade.DOUBTFUL, before & (not coarse), "too few samples after it"),
     ]
-
-
-def grades(checks: Sequence[Check], number: int) -> StrArray:
-    """Grade of the worst doubt of each of so many periods; empty where there is none."""
-    found = np.full(number, "", dtype=f"U{max(map(len, Grade))}")
-    for grade in Grade:  # a worse one overwrites those before it
-        for one in checks:
-            if one.grade is grade:
-                found[one.periods] = grade
-    return found
-
-
-def sentences(checks: Sequence[Check], number: int) -> StrArray:
-    """Doubts of each of so many periods, separated by semicolons."""
-    return np.array(
-        ["; ".join(one.sentence for one in checks if one.periods[i]) for i in range(number)],
-        dtype=str,
-    )
 
 
 def notes_of(checks: Sequence[Check], first: IntArray, last: IntArray) -> tuple[str, ...]:

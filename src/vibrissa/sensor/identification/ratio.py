@@ -25,7 +25,6 @@ from vibrissa.sensor.identification.periods import (
     Check,
     Grade,
     PeriodStatus,
-    checks_of_spans,
     periods_of,
 )
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
@@ -276,7 +275,6 @@ def read_ratio(task: Task) -> Identification:
     against = "the tip cannot slip in this direction"
     return Identification(
         periods=periods.doubted(
-            *checks_of_spans(slipped.clamp, spans),
             Check(Grade.WRONG, ~onsets.smooth, hidden),
             Check(Grade.WRONG, status == PeriodStatus.BEYOND, against),
         ),

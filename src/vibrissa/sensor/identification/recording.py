@@ -25,8 +25,6 @@ from vibrissa.sensor.transducer import CHANNELS, Transducer
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-# No measurement is larger than this, in the rod's own units; squares of smaller values are finite.
-LARGEST = 1e100
 IMPORT = "vibrissa import reads other titles, encodings, separators and decimal signs"
 # Fewer samples do not make a period and a slip.
 FEWEST_SAMPLES = 3
@@ -250,15 +248,7 @@ def _nondimensional(table: series.Table, name: str, kind: Kind, units: Units) ->
     if name not in table.units:
         raise RecordingError(f"{table.source}: {name} needs its unit, as in '{name} [mm]'")
     factor = units.column_factor(table.units[name], kind, f"{table.source}: {name}")
-    with np.errstate(over="ignore"):
-        values = table.columns[name] * factor
-    large = np.abs(values) > LARGEST
-    if large.any():
-        raise RecordingError(
-            f"{table.place(int(np.argmax(large)))}: {name} is larger than {LARGEST:g} in units "
-            "of the rod: check its unit"
-        )
-    return np.asarray(values)
+    return table.columns[name] * factor
 
 
 def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
