@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
-from vibrissa.design.choices import DIAMETERS, LENGTHS, TAPERS
 from vibrissa.design.materials import Material
+from vibrissa.design.requirements import DIAMETERS, LENGTHS, TAPERS
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import preset
 from vibrissa.sensor.keys import write_keys

@@ -9,7 +9,7 @@ import reference
 from responses import respond
 from vibrissa import Mounting, solve_curve, solve_onset, solve_state
 from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
-from vibrissa.design.limits import GRAVITY
+from vibrissa.design.candidate import GRAVITY
 from vibrissa.design.pairs import survey
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.rod import Rod

@@ -29,7 +29,7 @@ from vibrissa.explorer.page import (
     style,
 )
 from vibrissa.sensor import surfaces
-from vibrissa.sensor.simulation.slips import SlipLaw, rest
+from vibrissa.sensor.simulation.slips import Slip, SlipLaw
 
 needs_chromium = [
     pytest.mark.skipif(
@@ -553,7 +553,9 @@ class TestFunctions:
             return [x0, restOf(sticking, x0)];
         }})()""")
         response = respond(theta, eta)
-        expected = rest(response, surfaces.constant(mu0), SlipLaw(law), ratio, start)
+        surface = surfaces.constant(mu0)
+        slip = Slip(response=response, surface=surface, law=SlipLaw(law), ratio=ratio)
+        expected = slip.end(start)
         assert found == pytest.approx(expected, abs=2e-6)
 
     @pytest.mark.parametrize(

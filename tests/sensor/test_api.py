@@ -14,8 +14,8 @@ from vibrissa import Mounting, sensor, solve_onset
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.sensor import Whisker, identify, scan, series, solve, surfaces
+from vibrissa.sensor.onset import strains_in
 from vibrissa.sensor.quantities import Kind, Units
-from vibrissa.sensor.strain import strains_in
 
 SILENT = {"resolution": (0, 0, 0), "noise": (0, 0, 0)}
 

@@ -12,9 +12,8 @@ from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor import SlipLaw, Whisker, identify, scan, surfaces
-from vibrissa.sensor.response.heights import EXACT, respond_over
+from vibrissa.sensor.response.heights import EXACT, Stage, respond_over
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, path, simulate
-from vibrissa.sensor.stage import Stage
 
 THETA, ETA, MU0 = 2.0, 0.85, 0.3
 # φ1 and force of the first state, with which shooting begins.

@@ -14,10 +14,10 @@ from vibrissa.mechanics.bending import measure
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
 from vibrissa.sensor import Whisker
+from vibrissa.sensor.onset import strains_in
 from vibrissa.sensor.response import heights
 from vibrissa.sensor.response.branch import tabulated
 from vibrissa.sensor.response.heights import _agrees
-from vibrissa.sensor.strain import strains_in
 from vibrissa.sticking.piece import NO_PIECES
 
 

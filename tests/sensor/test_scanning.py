@@ -12,9 +12,8 @@ from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import RodSection
 from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.response.branch import tabulated
-from vibrissa.sensor.simulation import slips as slips_module
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, TipSide, path, simulate
-from vibrissa.sensor.simulation.slips import SlipLaw, rest
+from vibrissa.sensor.simulation.slips import Slip, SlipLaw
 from vibrissa.sticking.piece import NO_PIECES
 from vibrissa.sticking.stiction import read_curve
 
@@ -63,18 +62,24 @@ def test_kinetic_slip_stops_where_kinetic_friction_holds(response):
     assert response.demand(rest) == pytest.approx(0.21, abs=1e-6)
 
 
+def slip_of(response, mu0, law, ratio):
+    return Slip(response=response, surface=surfaces.constant(mu0), law=law, ratio=ratio)
+
+
 @pytest.mark.parametrize("mu0", [0.1, 0.4])
 def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
     onset, pulled = float(response.curve.onset(mu0)), response.pull_limit(mu0)
     for start, end in ((onset + 0.01, onset), (1.2 * pulled, pulled)):
-        found = rest(response, surfaces.constant(mu0), SlipLaw.KINETIC, 1.0, start)
-        assert found == pytest.approx(end, abs=1e-9)
+        assert slip_of(response, mu0, SlipLaw.KINETIC, 1.0).end(start) == pytest.approx(
+            end, abs=1e-9
+        )
 
 
 def test_a_slip_that_goes_to_and_fro_for_ever_is_refused_with_its_place(response, monkeypatch):
-    monkeypatch.setattr(slips_module, "_slide", lambda *given: -given[4])
+    monkeypatch.setattr(Slip, "_slide", lambda self, x0: -x0)
+    slip = replace(slip_of(response, 0.1, SlipLaw.ENERGY, 0.5), clamp=0.25)
     with pytest.raises(ArgumentError, match=r"with the clamp at 0\.25 L does not come to rest"):
-        rest(response, surfaces.constant(0.1), SlipLaw.ENERGY, 0.5, 0.02, 0.25)
+        slip.end(0.02)
 
 
 def released(response, start, rest):

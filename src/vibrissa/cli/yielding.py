@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 import typer
 
 from vibrissa.errors import ArgumentError
+from vibrissa.sensor.onset import largest_strain
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.setup import Setup
-from vibrissa.sensor.strain import largest_strain
 from vibrissa.sensor.whisker import Whisker
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def warn_of_yield(whisker: Whisker, end: float, material: "Material | None") -> 
     if whisker.rod is None or material is None or not end > 0.0:
         return
     most = largest_strain(whisker.curve, min(end, whisker.curve.x0_end))
-    strain = float(most.strain[0]) * whisker.rod.base_diameter / whisker.rod.length
+    strain = float(most.strain[0]) * whisker.units.unit(Kind.STRAIN)
     if strain > material.yield_strain:
         place = whisker.units.spelled(float(most.place[0]), Kind.LENGTH, 3)
         typer.echo(

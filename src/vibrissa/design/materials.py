@@ -10,7 +10,7 @@ from typing import Annotated, Self
 from pydantic import Field
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.cards import Card
+from vibrissa.sensor.keys import Card
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.setup import Setup
 

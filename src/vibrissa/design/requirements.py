@@ -3,6 +3,7 @@
 Each requirement is a field; the command line makes an option of it.
 """
 
+from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -10,22 +11,82 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from vibrissa.design import choices
 from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.keys import Keyed, read_keys, with_options
-from vibrissa.sensor.quantities import Kind, Measured, channels_of
+from vibrissa.sensor.quantities import Kind, Measured, channels_of, is_number, range_of
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
 from vibrissa.sticking.api import MOST_TAPER
+
+Choice = tuple[float, ...]
+
+# Tapers to which a rod as it is sold, the first, is turned, ground or printed.
+TAPERS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
+# Diameters in which wire and rods are sold (m).
+DIAMETERS = tuple(
+    1e-3 * mm
+    for mm in (
+        *(0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9),
+        *(1.0, 1.2, 1.5, 1.8, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0),
+    )
+)
+# Lengths to which a rod is cut (m).
+LENGTHS = tuple(1e-3 * mm for mm in range(20, 210, 10))
+# How many heights of a range are tried.
+MOST_HEIGHTS = 15
+
+
+def choices_of(text: str, read: Callable[[str], float], sold: Choice = ()) -> Choice:
+    """Read a value, a list, or a range: its ends and the sizes that are sold between them.
+
+    Examples
+    --------
+    >>> choices_of("1 to 2.5", float, TAPERS)
+    (1.0, 1.5, 2.0, 2.5)
+    """
+    if "," in text:
+        return tuple(sorted({read(part.strip()) for part in text.split(",")}))
+    low, high = (read(end) for end in range_of(text))
+    if low > high:
+        raise ArgumentError(f"a range must go from low to high, got {text!r}")
+    return tuple(sorted({low, *(value for value in sold if low < value < high), high}))
+
+
+def heights_of(text: str, lengths: Choice) -> Choice:
+    """Read heights in units of the length, or with a unit where the rod has a single length."""
+
+    def read(part: str) -> float:
+        if is_number(part):
+            return Kind.NUMBER.read(part, "eta")
+        if len(lengths) != 1:
+            raise ArgumentError(
+                f"eta = {part!r} has a unit, but several lengths are allowed: give it in units "
+                "of the length"
+            )
+        return Kind.LENGTH.read(part, "eta") / lengths[0]
+
+    found = choices_of(text, read)
+    return found if "," in text else _between(found[0], found[-1])
+
+
+def _between(low: float, high: float) -> Choice:
+    """Heights that come the closer together, the closer they are to that of an upright rod."""
+    if not 0.0 < low < high < 1.0:
+        return tuple(sorted({low, high}))
+    between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, MOST_HEIGHTS), 3)[1:-1]
+    return tuple(np.unique([low, *between, high]).tolist())
+
+
+HEIGHTS = _between(0.5, 0.98)
 
 # Values of μ0 in its range at which the uncertainty is computed.
 FRICTIONS = 5
 # What is chosen, and what can be had of it.
 SIZES = ("theta", "eta", "diameter", "length")
-SOLD = {"theta": choices.TAPERS, "diameter": choices.DIAMETERS, "length": choices.LENGTHS}
+SOLD = {"theta": TAPERS, "diameter": DIAMETERS, "length": LENGTHS}
 
 Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Least = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -45,14 +106,14 @@ class Requirements(Keyed):
     """Friction coefficients to be measured: '0.2 to 0.4'."""
     step: Annotated[Size, Kind.LENGTH]
     """Step of the stage: '20 um'."""
-    theta: Annotated[tuple[Taper, ...], Kind.NUMBER] = choices.TAPERS
+    theta: Annotated[tuple[Taper, ...], Kind.NUMBER] = TAPERS
     """Taper, as made: a value, a list or a range; by default from 1 to 10."""
-    length: Annotated[tuple[Size, ...], Kind.LENGTH] = choices.LENGTHS
+    length: Annotated[tuple[Size, ...], Kind.LENGTH] = LENGTHS
     """Length of the rod: a value, a list or a range; by default from 20 to 200 mm."""
-    eta: Annotated[tuple[Part, ...], Kind.NUMBER] = choices.HEIGHTS
+    eta: Annotated[tuple[Part, ...], Kind.NUMBER] = HEIGHTS
     """Height in units of the length, or '85 mm': a value, a list or a range; by default from 0.5
     to 0.98."""
-    diameter: Annotated[tuple[Size, ...], Kind.LENGTH] = choices.DIAMETERS
+    diameter: Annotated[tuple[Size, ...], Kind.LENGTH] = DIAMETERS
     """Diameter at the clamp, as sold: a value, a list or a range; by default from 0.1 to 10 mm."""
     tip: Annotated[Least, Kind.LENGTH] = 1e-4
     """Least diameter of the tip; by default 0.1 mm."""
@@ -100,9 +161,9 @@ class Requirements(Keyed):
         if not isinstance(value, str):
             return value
         if name == "eta":
-            return choices.heights_of(value, info.data.get("length", ()))
+            return heights_of(value, info.data.get("length", ()))
         kind = cls.kinds()[name]
-        return choices.choices_of(value, lambda text: kind.read(text, name), SOLD.get(name, ()))
+        return choices_of(value, lambda text: kind.read(text, name), SOLD.get(name, ()))
 
     @model_validator(mode="after")
     def _check_setup(self) -> Self:

@@ -6,8 +6,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from vibrissa.design.candidate import Candidate
-from vibrissa.design.limits import Limit
+from vibrissa.design.candidate import Candidate, Limit
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.tolerances import told
 

@@ -5,8 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from vibrissa.design.candidate import Candidate
-from vibrissa.design.limits import limits_of
+from vibrissa.design.candidate import Candidate, limits_of
 from vibrissa.design.pairs import survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.design.result import ROUNDING, Design, DesignStatus

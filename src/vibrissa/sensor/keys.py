@@ -51,10 +51,9 @@ class Keyed(BaseModel):
         try:
             return cls.model_validate(given)
         except ValidationError as error:
-            lines = [_line(each, cls) for each in error.errors()]
-            places = [f"{path}: " if _key(each) in keys else "" for each in error.errors()]
-        told = dict.fromkeys(place + line for place, line in zip(places, lines, strict=True))
-        raise ArgumentError("\n".join(told))
+            errors = error.errors()
+        lines = [f"{path}: " * (_key(each) in keys) + _line(each, cls) for each in errors]
+        raise ArgumentError("\n".join(dict.fromkeys(lines)))
 
     @classmethod
     def kinds(cls) -> dict[str, Kind]:
@@ -65,6 +64,45 @@ class Keyed(BaseModel):
             for mark in field.metadata
             if isinstance(mark, Kind)
         }
+
+
+class Card(Keyed):
+    """Quantities in SI units.
+
+    Attributes
+    ----------
+    name, source : str
+        Description, and the source of the values.
+    """
+
+    name: str
+    source: str
+
+    @classmethod
+    def presets(cls, path: Path) -> dict[str, Self]:
+        """Read a file with a table for each name."""
+        cards = tomllib.loads(path.read_text(encoding="utf-8"))
+        return {name: cls.validated(card) for name, card in cards.items()}
+
+    @classmethod
+    def named(cls, name: str, presets: Mapping[str, Self]) -> Self:
+        """Look up a preset by its name, or read a file of one's own: ``"my.toml"``.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such preset or file.
+        """
+        if name.lower().endswith(".toml"):
+            path = Path(name)
+            card = {"name": path.stem, "source": name} | with_options(read_keys(path), {})
+            return cls.validated(card, path, cls.model_fields)
+        if name.lower() not in presets:
+            raise ArgumentError(
+                f"{cls.__name__.lower()} must be one of {', '.join(presets)}, or a file .toml, got "
+                f"{name!r}"
+            )
+        return presets[name.lower()]
 
 
 def read_keys(path: Path | str) -> dict[str, Any]:

@@ -1,17 +1,43 @@
-"""The onset of slip of a whisker, in the units of its rod."""
+"""The onset of slip of a whisker, in the units of its rod, and its strain until then."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from vibrissa.mechanics.bending import Bending
+from vibrissa.mechanics.bending import Bending, measure
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.series import Column, Tabular
-from vibrissa.sensor.strain import largest_strain
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, onset_on
+from vibrissa.sticking.curve import StickingCurve
+
+# States of a period among which the largest strain is sought, both ends included.
+STATES = 17
+
+
+def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bending:
+    """Largest strain |φ'|·d/2 at displacements on each curve (d0/L), and its place along the rod.
+
+    The curves have the same mounting. They are integrated together, as rows one after the other.
+    """
+    rows = []
+    for curve, at in zip(curves, x0, strict=True):
+        state = curve.state(at)
+        x1, height = curve.contact_point(at)
+        contact = x1 - (1.0 - state.s_c)
+        values = (curve.theta, state.f, state.alpha, contact, height, state.s_c)
+        rows.append(np.broadcast_arrays(*(np.atleast_1d(value) for value in values)))
+    theta, f, alpha, x_c, y_c, s_c = np.concatenate(rows, axis=1)
+    return measure(theta, f, alpha, x_c, y_c, s_c, curves[0].mounting)
+
+
+def largest_strain(curve: StickingCurve, end: float) -> Bending:
+    """Find the largest strain in a period of sticking that ends at a displacement (L)."""
+    found = strains_in([curve], [np.linspace(0.0, end, STATES)])
+    return found.take(np.atleast_1d(found.strain.argmax()))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -56,8 +82,6 @@ class WhiskerOnset(Tabular):
         for name, size, kind, what in self._measured():
             if np.isfinite(value := float(size)):
                 columns[name] = Column([value * units.unit(kind)], units.name(kind), what)
-        if self.most is not None:
-            columns |= self._strains(self.most)
         return columns
 
     def _measured(self) -> Iterator[tuple[str, float, Kind, str]]:
@@ -76,19 +100,10 @@ class WhiskerOnset(Tabular):
         yield "moment_z", state.reaction_m, Kind.MOMENT, f"clamp moment{when}"
         if onset.n_steps is not None and not when:
             yield "x0_max", onset.x0_max, Kind.LENGTH, "clamp travel at the last sticking step"
-
-    def _strains(self, most: Bending) -> dict[str, Column]:
-        """Largest strain while sticking, and its place."""
-        units, unit, slenderness = self.units, "d0/L", 1.0
-        if units.rod is not None:
-            unit, slenderness = "1", units.rod.base_diameter / units.rod.length
-        largest = float(most.strain[0]) * slenderness
-        place = float(most.place[0]) * units.unit(Kind.LENGTH)
-        length = units.name(Kind.LENGTH)
-        return {
-            "strain_most": Column([largest], unit, "largest strain while sticking"),
-            "strain_place": Column([place], length, "distance of that place from the clamp"),
-        }
+        if self.most is not None:
+            strain, place = self.most.strain[0], self.most.place[0]
+            yield "strain_most", strain, Kind.STRAIN, "largest strain while sticking"
+            yield "strain_place", place, Kind.LENGTH, "distance of that place from the clamp"
 
 
 def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> WhiskerOnset:

@@ -54,6 +54,7 @@ class Kind(StrEnum):
     ANGLE = "angle", "rad"
     COMPLIANCE = "compliance", "rad/(N*m)", "L/(E*I0)"
     CURVATURE = "curvature", "m^-1", "1/L"
+    STRAIN = "strain", "1", "d0/L"
     STRESS = "stress", "Pa"
     DENSITY = "density", "kg/m^3"
     TIME = "time", "s"
@@ -333,6 +334,7 @@ class Units:
             Kind.MOMENT: self.rod.moment_unit,
             Kind.COMPLIANCE: 1.0 / self.rod.moment_unit,
             Kind.CURVATURE: 1.0 / self.rod.length_unit,
+            Kind.STRAIN: self.rod.base_diameter / self.rod.length,
         }.get(kind, 1.0)
 
     @property

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.cards import Card
+from vibrissa.sensor.keys import Card
 from vibrissa.sensor.quantities import Units, channels_of
 
 CHANNELS = ("force_x", "force_y", "moment_z")

@@ -17,7 +17,7 @@ from vibrissa.sticking.curve import StickingCurve
 
 if TYPE_CHECKING:
     from vibrissa.sensor.response.branch import Response
-    from vibrissa.sensor.stage import Stage
+    from vibrissa.sensor.response.heights import Stage
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,8 +126,7 @@ class Whisker:
         NoResponseError
             If the rod has no response at one of the heights.
         """
-        from vibrissa.sensor.response.heights import respond_over
-        from vibrissa.sensor.stage import Stage
+        from vibrissa.sensor.response.heights import Stage, respond_over
 
         angle = self.mounting.stage_angle
         if angle == 0.0:

@@ -15,7 +15,7 @@ from vibrissa.errors import VibrissaError
 from vibrissa.sensor import scan, surfaces
 from vibrissa.sensor.identification.parameters import MIXING
 from vibrissa.sensor.importing import Settings, import_recording
-from vibrissa.sensor.importing.preparing import about_clamp, turned
+from vibrissa.sensor.importing.importing import about_clamp, turned
 
 ROOT = Path(__file__).parents[3]
 LABORATORY = ROOT / "examples/laboratory.txt"

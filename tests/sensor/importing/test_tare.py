@@ -7,7 +7,7 @@ from steel import Given
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import Whisker, identify, scan, series, surfaces
 from vibrissa.sensor.importing import Settings, import_recording
-from vibrissa.sensor.importing.preparing import zeros_of
+from vibrissa.sensor.importing.importing import zeros_of
 from vibrissa.sensor.transducer import CHANNELS
 
 ROD = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}

@@ -8,16 +8,17 @@ import csv
 import re
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.sensor.identification.recording import left_out
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, unit_size
 from vibrissa.sensor.series import MISSING, NUMBER, lines_of, split
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 
 if TYPE_CHECKING:
-    from pandas import DataFrame, Index, Series
+    from pandas import DataFrame, Series
 
 # Of rows that may be read in several ways with the same share of numbers the first one counts.
 SEPARATORS = {"semicolon": ";", "tab": "\t", "comma": ",", "bar": "|", "blank": " "}
@@ -208,8 +209,8 @@ def layout_of(
         decimal=decimal,
         notes=(
             f"separator {separator}, {DECIMALS[decimal]}, {head}, {size}",
-            *_left_out(under.index.difference(rows.index), "comments"),
-            *_left_out(rows.index[end:], "no numbers below the table"),
+            *left_out(under.index.difference(rows.index), "comments"),
+            *left_out(rows.index[end:], "no numbers below the table"),
         ),
     )
 
@@ -286,8 +287,3 @@ def _heads(above: "Series[str]", sign: str, rows: "DataFrame") -> dict[int, list
 
 def _are_units(cells: list[str]) -> bool:
     return all(map(is_unit, cells)) and any(cell not in NO_UNIT for cell in cells)
-
-
-def _left_out(lines: "Index[Any]", what: str) -> list[str]:
-    some = ", ".join(map(str, lines[:5])) + ", ..." * (len(lines) > 5)
-    return [f"left out, {what}: line {some}"] if len(lines) else []

@@ -103,21 +103,13 @@ class Response(States):
     """
 
     reactions: PPoly
+    x0_pull: float
     x0_lock: float
+    x0_end: float
     x1_init: float
     bounds: FloatArray
     swings: bool
     curve: StickingCurve
-
-    @property
-    def x0_pull(self) -> float:  # type: ignore[override]
-        """Where pulling ends (L); 0 where retraction is not resolved."""
-        return float(self.reactions.x[0])
-
-    @property
-    def x0_end(self) -> float:  # type: ignore[override]
-        """Where pushing ends (L)."""
-        return float(self.reactions.x[-1])
 
     @property
     def lock(self) -> int:
@@ -195,15 +187,18 @@ def tabulated(curve: StickingCurve) -> Response:
         extrapolate=False,
     )
     kinks = pieces.first_x0[1:][np.diff(pieces.line)]
+    x0_pull, x0_end = float(reactions.x[0]), float(reactions.x[-1])
     # A curve that ends before a lock has its most there.
-    x0_lock = curve.x0_lock if np.isfinite(curve.x0_lock) else float(reactions.x[-1])
+    x0_lock = curve.x0_lock if np.isfinite(curve.x0_lock) else x0_end
     # The mirror image of a mounted rod is not a state of it.
     dragged = len(curve.retraction) > 0 and curve.mounting == IDEAL
     return Response(
         reactions=reactions,
+        x0_pull=x0_pull,
         x0_lock=x0_lock,
+        x0_end=x0_end,
         x1_init=curve.x1_init,
-        bounds=np.unique([reactions.x[0], 0.0, *kinks, x0_lock, reactions.x[-1]]),
+        bounds=np.unique([x0_pull, 0.0, *kinks, x0_lock, x0_end]),
         swings=dragged and curve.end is End.SWINGS_ASIDE,
         curve=curve,
     )

@@ -18,13 +18,24 @@ from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.steps import step_position
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Response
-from vibrissa.sensor.simulation.slips import SlipLaw, rest
+from vibrissa.sensor.response.heights import Stage
+from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.simulation.tip import Exit, Tip
-from vibrissa.sensor.stage import Stage
 from vibrissa.sensor.surfaces import Surface
 
 # More steps than these fill the memory.
 MOST_STEPS = 10**8
+LOCKS = "the tip locks at x = {x}, where mu0 = {mu0:.6g} and mu_lock = {mu_lock:.6g}; "
+SWINGS = (
+    LOCKS + "with the clamp at {clamp} the rod buckles laterally, and its tip is dragged behind"
+)
+STAYS = LOCKS + (
+    "pushed further, it sticks until the clamp is at {clamp}; the motion after that is not computed"
+)
+LOST = (
+    "the slip from x = {x}, with the clamp at {clamp}, has so much energy that the tip lifts off "
+    "the surface, or the rod is pushed through"
+)
 # Lengths that are converted to L are rounded, by far less than this part of a step.
 ROUNDED_AWAY = 1e-6
 
@@ -206,17 +217,18 @@ def simulate(
             break
         exit, past = tip.exit(until)
         if exit is Exit.END and stage.rod.swings:
-            swing = swing or _swings(tip, until, float(positions[step]), told)
+            swing = swing or _message(SWINGS, tip, until, float(positions[step]), told)
             at, contact = until, tip.swung(until)
             tip = replace(tip, contact=contact, side=-tip.side, begin=step, slipped=False)
         elif exit is Exit.END or (past and exit is Exit.BACKWARD):
-            outcome, message = Outcome.LOCK, _stays(tip, until, float(positions[step - 1]), told)
+            outcome = Outcome.LOCK
+            message = _message(STAYS, tip, until, float(positions[step - 1]), told)
             break
         else:
             at = float(positions[step])
-            contact = _slid(tip, at, surface, law, kinetic_ratio)
+            contact = tip.slid(at, surface, law, kinetic_ratio)
             if np.isnan(contact):
-                outcome, message = Outcome.LOST, _lost(tip, at, told)
+                outcome, message = Outcome.LOST, _message(LOST, tip, until, at, told)
                 break
             mu0 = float(surface(contact))
             tip = replace(tip, contact=contact, mu0=mu0, begin=step, slipped=True)
@@ -224,40 +236,10 @@ def simulate(
     return _assembled(tips, positions[:step], outcome, "; ".join(filter(None, (swing, message))))
 
 
-def _slid(tip: Tip, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
-    """Position of the tip after its slip (L); NaN if the slip leaves the computed states."""
-    response, along = tip.stage.at(clamp), float(tip.stage.along(clamp))
-    _, x0 = tip.stage.states(clamp, tip.contact, tip.side)
-    rested = rest(response, surface, law, ratio, float(x0), along, tip.side)
-    return response.contact(along, rested, tip.side)
-
-
-def _locks(tip: Tip, until: float, told: Callable[[float], str]) -> str:
-    return (
-        f"the tip locks at x = {told(tip.contact)}, where mu0 = {tip.mu0:.6g} and "
-        f"mu_lock = {tip.stage.at(until).mu_lock:.6g}"
-    )
-
-
-def _swings(tip: Tip, until: float, clamp: float, told: Callable[[float], str]) -> str:
-    return (
-        f"{_locks(tip, until, told)}; with the clamp at {told(clamp)} the rod buckles laterally, "
-        "and its tip is dragged behind"
-    )
-
-
-def _stays(tip: Tip, until: float, clamp: float, told: Callable[[float], str]) -> str:
-    return (
-        f"{_locks(tip, until, told)}; pushed further, it sticks until the clamp is at "
-        f"{told(clamp)}; the motion after that is not computed"
-    )
-
-
-def _lost(tip: Tip, clamp: float, told: Callable[[float], str]) -> str:
-    return (
-        f"the slip from x = {told(tip.contact)}, with the clamp at {told(clamp)}, has so much "
-        "energy that the tip lifts off the surface, or the rod is pushed through"
-    )
+def _message(text: str, tip: Tip, until: float, clamp: float, told: Callable[[float], str]) -> str:
+    """Complete one of the texts above, for a tip that sticks until a position of the clamp."""
+    mu_lock = tip.stage.at(until).mu_lock
+    return text.format(x=told(tip.contact), mu0=tip.mu0, mu_lock=mu_lock, clamp=told(clamp))
 
 
 def _assembled(

@@ -4,6 +4,7 @@ The clamp rests, and x0 falls (in retraction it rises). The integral of the tang
 kinetic friction over x0 is the kinetic energy.
 """
 
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
@@ -59,82 +60,81 @@ NODES = 0.5 + 0.5 * chebpts1(DEGREE + 1)
 COEFFICIENTS = np.linalg.inv(_bernstein(NODES))
 
 
-def rest(
-    response: States,
-    surface: Surface,
-    law: SlipLaw,
-    ratio: float,
-    x0: float,
-    clamp: float = 0.0,
-    side: int = 1,
-) -> float:
-    """Find where a tip that slips comes to rest.
+@dataclass(frozen=True, kw_only=True)
+class Slip:
+    """A slip of a tip while the clamp rests.
 
-    Parameters
+    Attributes
     ----------
+    response : States
+        At the present height.
     ratio : float
         Kinetic over static friction.
-    x0, clamp : float
-        Displacement at which it begins to slip, and position of the clamp (L).
+    clamp : float
+        Position of the clamp along the surface (L).
     side : int
         1 for a tip ahead of the clamp, −1 for one behind it.
-
-    Returns
-    -------
-    float
-        Displacement (L); NaN if the tip leaves the states of the response.
-
-    Raises
-    ------
-    ArgumentError
-        If the tip comes to where the surface is not known, or does not come to rest.
     """
-    if law is SlipLaw.FREE:
-        return 0.0
-    x0 = float(response.clip(x0))
-    for _ in range(REVERSALS):
-        x0 = _slide(response, surface, law, ratio, x0, clamp, side)
-        if np.isnan(x0):
-            return x0
-        holds = float(surface(response.contact(clamp, x0, side)))
-        if abs(float(response.demand(x0))) <= holds * (1.0 + FULL):
-            return x0
-    raise ArgumentError(f"the slip with the clamp at {surface.told(clamp)} does not come to rest")
 
+    response: States
+    surface: Surface
+    law: SlipLaw
+    ratio: float
+    clamp: float = 0.0
+    side: int = 1
 
-def _slide(
-    response: States,
-    surface: Surface,
-    law: SlipLaw,
-    ratio: float,
-    x0: float,
-    clamp: float,
-    side: int,
-) -> float:
-    """Where a slide in one direction ends; NaN if it does not."""
-    # A pushed tip slides to lower x0, a pulled one to higher.
-    ahead = -1.0 if x0 > 0.0 else 1.0
-    contact, onward = response.contact(clamp, x0, side), -side * ahead
-    nothing = ROUNDINGS * float(np.spacing(1.0 + abs(contact)))
-    kinks = np.append(ahead * (response.bounds - x0), onward * (surface.edges - contact))
+    def end(self, x0: float) -> float:
+        """Find where a tip that begins to slip at x0 comes to rest.
 
-    def excess_force(end: float) -> BPoly:
-        """Tangential force less kinetic friction (E·I0/L²) over the way, cell by cell."""
-        breaks = np.concatenate([kinks, np.arange(0.0, end, CELL), [0.0, end]])
-        breaks = np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])
-        way = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
-        fx, fy, _ = np.moveaxis(response(x0 + ahead * way), -1, 0)
-        force = ahead * fx + ratio * surface(contact + onward * way) * fy
-        return BPoly(COEFFICIENTS @ force.T, breaks)
+        Returns
+        -------
+        float
+            Displacement (L); NaN if the tip leaves the states of the response.
 
-    longest = abs(float(response.clip(ahead * np.inf)) - x0)
-    surface_end = surface.stop if onward > 0.0 else surface.start
-    known = min(longest, max(onward * (surface_end - contact), nothing))
-    for part in PARTS:
-        left = excess_force(part * known)
-        stop = first_fall(left.antiderivative() if law is SlipLaw.ENERGY else left)
-        if np.isfinite(stop):
-            # At the edge of a patch a tip stops on the rougher side.
-            return x0 + ahead * (stop + 2.0 * nothing)
-    surface(contact + onward * longest)  # says where it is not known
-    return np.nan
+        Raises
+        ------
+        ArgumentError
+            If the tip comes to where the surface is not known, or does not come to rest.
+        """
+        if self.law is SlipLaw.FREE:
+            return 0.0
+        x0 = float(self.response.clip(x0))
+        for _ in range(REVERSALS):
+            x0 = self._slide(x0)
+            if np.isnan(x0):
+                return x0
+            holds = float(self.surface(self.response.contact(self.clamp, x0, self.side)))
+            if abs(float(self.response.demand(x0))) <= holds * (1.0 + FULL):
+                return x0
+        place = self.surface.told(self.clamp)
+        raise ArgumentError(f"the slip with the clamp at {place} does not come to rest")
+
+    def _slide(self, x0: float) -> float:
+        """Where a slide in one direction ends; NaN if it does not."""
+        response, surface = self.response, self.surface
+        # A pushed tip slides to lower x0, a pulled one to higher.
+        ahead = -1.0 if x0 > 0.0 else 1.0
+        contact, onward = response.contact(self.clamp, x0, self.side), -self.side * ahead
+        nothing = ROUNDINGS * float(np.spacing(1.0 + abs(contact)))
+        kinks = np.append(ahead * (response.bounds - x0), onward * (surface.edges - contact))
+
+        def excess_force(end: float) -> BPoly:
+            """Tangential force less kinetic friction (E·I0/L²) over the way, cell by cell."""
+            breaks = np.concatenate([kinks, np.arange(0.0, end, CELL), [0.0, end]])
+            breaks = np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])
+            way = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
+            fx, fy, _ = np.moveaxis(response(x0 + ahead * way), -1, 0)
+            force = ahead * fx + self.ratio * surface(contact + onward * way) * fy
+            return BPoly(COEFFICIENTS @ force.T, breaks)
+
+        longest = abs(float(response.clip(ahead * np.inf)) - x0)
+        surface_end = surface.stop if onward > 0.0 else surface.start
+        known = min(longest, max(onward * (surface_end - contact), nothing))
+        for part in PARTS:
+            left = excess_force(part * known)
+            stop = first_fall(left.antiderivative() if self.law is SlipLaw.ENERGY else left)
+            if np.isfinite(stop):
+                # At the edge of a patch a tip stops on the rougher side.
+                return x0 + ahead * (stop + 2.0 * nothing)
+        surface(contact + onward * longest)  # says where it is not known
+        return np.nan

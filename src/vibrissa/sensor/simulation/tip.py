@@ -10,7 +10,9 @@ from scipy.optimize import brentq, minimize_scalar
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import passes
 from vibrissa.sensor.response.branch import Response
-from vibrissa.sensor.stage import Stage
+from vibrissa.sensor.response.heights import Stage
+from vibrissa.sensor.simulation.slips import Slip, SlipLaw
+from vibrissa.sensor.surfaces import Surface
 
 # Clamp positions at which a period is looked at, before its end is sought between two of them.
 LOOKS = 257
@@ -76,6 +78,15 @@ class Tip:
         """Position of the tip after lateral buckling (L)."""
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         return float(self.stage.along(clamp) + self.side * (x0 - states.x1_init))
+
+    def slid(self, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
+        """Position of the tip after a slip (L); NaN if the slip leaves the computed states."""
+        states, x0 = self.stage.states(clamp, self.contact, self.side)
+        along = float(self.stage.along(clamp))
+        slip = Slip(
+            response=states, surface=surface, law=law, ratio=ratio, clamp=along, side=self.side
+        )
+        return states.contact(along, slip.end(float(x0)), self.side)
 
     def end(self, positions: FloatArray, clamp: float) -> tuple[int, float]:
         """Find the first step at which a tip that sticks at `clamp` sticks no longer.
