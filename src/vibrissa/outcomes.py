@@ -30,6 +30,10 @@ class Status(StrEnum):
     FAILED = "failed"
 
 
+# Statuses of rows without a result.
+NO_RESULT = (Status.FAILED, Status.OUT_OF_REACH)
+
+
 class End(StrEnum):
     """How sticking ends after self-locking.
 

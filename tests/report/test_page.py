@@ -19,7 +19,7 @@ from vibrissa.report import facts, tables
 from vibrissa.report import motion as motions
 from vibrissa.report.motion import motion
 from vibrissa.report.page import About, Picture, page, shown
-from vibrissa.report.spelling import spell, spell_counts
+from vibrissa.report.spelling import spell, symbol
 from vibrissa.tables import schemas
 
 EVIL = "</script><script>throw 1</script><b>&\"'"
@@ -124,7 +124,9 @@ def test_the_papers_figures_are_compared_with_what_it_prints(study_tables, paper
     assert parts["Figure 4"].outcome == "yes: 3 rods, 9 cycles each"
     assert parts["Figure 8"].difference.startswith("the sign of φ1, negative, agrees")
     listed = {name for part in parts.values() for name in part.claims}
-    assert listed == {claim.name for claim in claims.CLAIMS if claim.figures} | {"force unit"}
+    assert listed == {claim.name for claim in claims.CLAIMS if claim.texts["figures"]} | {
+        "force unit"
+    }
 
 
 def test_another_study_has_its_own_heading_and_no_word_of_the_paper(study_tables):
@@ -135,7 +137,7 @@ def test_another_study_has_its_own_heading_and_no_word_of_the_paper(study_tables
 
 def test_the_page_holds_what_the_tables_say(text, whole):
     said = Elements(text).text
-    for words in ("224: 9 lock, 215 slip", "6, all slip", "study: mine"):
+    for words in ("224 grid points", "9 lock, 215 slip", "6 scans", "study: mine"):
         assert words in said
     (row,) = whole["states"].to_pylist()
     assert spell(row["f"]) in said
@@ -226,15 +228,17 @@ def test_scans_that_the_page_cannot_repeat_are_counted(study_tables, monkeypatch
     assert presets == (*PAPER, *MOUNTED) and "6 scans" in note
 
 
-def test_tables_have_the_corners_of_grids_and_say_once_what_is_the_same(study_tables):
+def test_tables_have_some_rows_and_say_once_what_is_the_same(study_tables):
     by_title = {section.title: section for section in tables.sections(study_tables)}
-    taper = by_title["Grid: Taper"]
-    cells = {column.name: column.cells for column in taper.columns}
-    pairs = list(zip(cells["θ"], cells["μ0"], strict=True))
-    assert pairs == [(theta, mu0) for theta in "123" for mu0 in ("0.2", "0.3", "0.4")]
-    assert "In all rows: η = 0.85, Δx0 = 0.001" in taper.note
+    points = by_title["Grid points"]
+    cells = {column.name: column.cells for column in points.columns}
+    assert len(cells["μ0"]) == 40 and set(cells["grid"]) == {"Taper", "Friction"}
+    first, last = (study_tables["stiction"].to_pylist()[place] for place in (0, -1))
+    ends = [(row["theta"], row["mu0"]) for row in (first, last)]
+    assert [(float(cells["θ"][i]), float(cells["μ0"][i])) for i in (0, -1)] == ends
+    assert "In all of these rows: η = 0.85, dx0 = 0.001" in points.note
     scans = {column.name: column.cells for column in by_title["Scans"].columns}
-    assert cells["x0,max"][3] == "0.013" and all(" … " in cell for cell in scans["Fx"])
+    assert all(" … " in cell for cell in scans["reaction_fx"])
     assert "cycle = 9" in by_title["Scans"].note
 
 
@@ -251,11 +255,7 @@ def test_tables_have_the_corners_of_grids_and_say_once_what_is_the_same(study_ta
 )
 def test_values_are_spelled(value, text):
     assert spell(value) == text
-
-
-def test_statuses_are_counted_in_words():
-    assert spell_counts({"out_of_reach": 2}) == "2, all out of reach"
-    assert spell_counts({"slip": 2000, "lock": 1}) == "2,001: 1 lock, 2,000 slip"
+    assert (symbol("theta"), symbol("eta"), symbol("mu_lock")) == ("θ", "η", "μ_lock")
 
 
 def test_the_environment_names_the_software_and_neither_machine_nor_folder():

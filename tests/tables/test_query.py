@@ -50,12 +50,12 @@ def test_what_is_read_of_a_table_is_what_was_asked_for(long_table):
     frame = store.read(long_table, STICTION).to_pandas()
     wanted = frame[frame["theta"].isin([0.5, 4]) & (frame["mu0"] == 1)]
     wanted = wanted[["mu0", "status", "eta"]].reset_index(drop=True)
-    where = query.one_of("theta", [0.5, 4]) & query.one_of("mu0", [1]) & query.in_grid("g")
+    where = query.one_of("theta", [0.5, 4]) & query.one_of("mu0", [1]) & query.one_of("grid", ["g"])
     for table in in_file_and_in_memory(long_table):
         assert query.frame(table, ("mu0", "status", "eta"), where).equals(wanted)
         read = list(query.parts(table, ("mu0", "status", "eta"), where))
         assert pa.concat_tables(read).to_pandas().equals(wanted)
-        assert len(query.rows(table, ["mu0"], query.in_grid("other"))) == 0
+        assert len(query.rows(table, ["mu0"], query.one_of("grid", ["other"]))) == 0
         assert len(query.rows(table, ["mu0"], query.one_of("theta", [9]))) == 0
         assert query.frame(table, STICTION.names).equals(frame)
 
@@ -71,7 +71,9 @@ def test_a_table_is_read_in_parts_with_its_units(long_table):
 def test_rows_belong_to_their_grid():
     parts = [failed_points(name, 2, 1, n) for name, n in (("main", 1), ("more", 2))]
     table = pa.concat_tables(parts)
-    assert [len(table.filter(query.in_grid(name))) for name in ("main", "more", "mor")] == [2, 4, 0]
+    assert [
+        len(table.filter(query.one_of("grid", [name]))) for name in ("main", "more", "mor")
+    ] == [2, 4, 0]
 
 
 def test_the_tables_of_a_study_are_opened_and_others_refused(long_table):

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from vibrissa.errors import ArgumentError
 from vibrissa.figures import comparisons, lateral, mountings, points, regimes, scans, states, style
 from vibrissa.figures.kinds import KINDS
+from vibrissa.outcomes import NO_RESULT
 from vibrissa.study.axes import sortable
 from vibrissa.study.chunks import spell_powers
 from vibrissa.study.figures import DRAW
@@ -22,7 +23,6 @@ from vibrissa.tables import query
 
 # Importing them registers their kinds.
 FAMILIES = (points, regimes, lateral, mountings, scans, states, comparisons)
-NO_RESULT = ("failed", "out_of_reach")
 
 
 def draw(

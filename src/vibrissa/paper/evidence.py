@@ -5,12 +5,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
-import pyarrow.compute as pc
 
 from vibrissa.errors import TableError
 from vibrissa.mechanics.bending import Bending, measure
 from vibrissa.outcomes import Status
 from vibrissa.tables import query
+
+# Table and column of each part of the evidence, and the statuses that its rows may have.
+SOURCES = {
+    "state": ("states", "state", {Status.SOLVED}),
+    "taper": ("stiction", "grid", {Status.SLIP}),
+    "friction": ("stiction", "grid", {Status.SLIP, Status.LOCK}),
+    "scan": ("scans", "scan", {Status.SLIP}),
+}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -100,35 +107,28 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
         If something of it failed, locks where the paper has a period of sticking, or does not slip
         in the end.
     """
-
-    def rows_of(table: str, where: pc.Expression) -> pd.DataFrame:
-        return query.frame(tables[table], tables[table].schema.names, where)
-
-    def points_of(grid: str) -> pd.DataFrame:
-        rows = rows_of("stiction", query.in_grid(grid))
-        return rows.sort_values(["mu0", "theta"], ignore_index=True)
-
-    taper, friction = points_of(names["taper"]), points_of(names["friction"])
-    scan = rows_of("scans", query.one_of("scan", [names["scan"]]))
-    state = rows_of("states", query.one_of("state", [names["state"]]))
-    for where, rows, allowed in (
-        (f"state {names['state']}", state, {Status.SOLVED}),
-        (f"grid {names['taper']}", taper, {Status.SLIP}),
-        (f"grid {names['friction']}", friction, {Status.SLIP, Status.LOCK}),
-        (f"scan {names['scan']}", scan, {Status.SLIP}),
-    ):
-        if others := set(rows["status"]) - allowed:
+    found = {}
+    for key, (table, column, allowed) in SOURCES.items():
+        where = query.one_of(column, [names[key]])
+        found[key] = query.frame(tables[table], tables[table].schema.names, where)
+        if others := set(found[key]["status"]) - allowed:
             raise TableError(
-                f"the paper's statements cannot be judged: {where} has rows with status "
-                f"{', '.join(sorted(others))}"
+                f"the paper's statements cannot be judged: {column} {names[key]} has rows with "
+                f"status {', '.join(sorted(others))}"
             )
+    friction = found["friction"].sort_values("mu0", ignore_index=True)
     beyond = friction.loc[friction["status"] == Status.LOCK, "x0_trail"]
     if beyond.empty or beyond.isna().any():
         raise TableError(
             f"the paper's statements cannot be judged: grid {names['friction']} needs μ0 above "
             "μ_lock, and up to 3 at most"
         )
-    return Evidence(taper=taper, friction=friction, scan=scan, state=state.iloc[0].to_dict())
+    return Evidence(
+        taper=found["taper"].sort_values(["mu0", "theta"], ignore_index=True),
+        friction=friction,
+        scan=found["scan"],
+        state=found["state"].iloc[0].to_dict(),
+    )
 
 
 def bending_of_steps(rows: pd.DataFrame) -> Bending:

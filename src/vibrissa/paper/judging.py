@@ -13,7 +13,7 @@ from vibrissa.mechanics.bending import Bending
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Status
-from vibrissa.paper.ledger import Judged, Quantities, Verdict
+from vibrissa.paper.ledger import Finding, Quantities, Verdict
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving import collocation
 
@@ -55,26 +55,23 @@ def ends(what: str, values: ArrayLike, unit: str) -> Quantities:
     return {f"{what} at the smallest μ0": (first, unit), f"{what} at the largest": (last, unit)}
 
 
-def holds_if(condition: bool) -> Verdict:
-    """Verdict: the statement holds if the condition is true, else it is contradicted."""
-    return HOLDS if condition else CONTRADICTED
-
-
 def judged(
     quantities: Quantities,
     *,
     contradicted: bool,
     condition: bool = False,
     ambiguous: bool = False,
-) -> Judged:
+    reason: str = "",
+) -> Finding:
     """Judge by the first of these that is true; the statement holds if none is."""
     verdicts = {CONTRADICTED: contradicted, CONDITION: condition, AMBIGUOUS: ambiguous}
-    return next((verdict for verdict, applies in verdicts.items() if applies), HOLDS), quantities
+    verdict = next((verdict for verdict, applies in verdicts.items() if applies), HOLDS)
+    return Finding(verdict=verdict, quantities=quantities, reason=reason)
 
 
-def rises(values: FloatArray | pd.DataFrame, axis: int = 0) -> bool:
-    """Whether values rise strictly along an axis."""
-    return bool((np.diff(np.asarray(values), axis=axis) > 0.0).all())
+def rises(values: FloatArray | pd.DataFrame, *axes: int) -> bool:
+    """Whether values rise strictly along some axes, by default the first."""
+    return all((np.diff(np.asarray(values), axis=axis) > 0.0).all() for axis in axes or (0,))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,15 +101,22 @@ def neighbours(series: Sequence[Bending]) -> tuple[Bending, Bending]:
     return Bending.concatenate(before), Bending.concatenate(after)
 
 
-def by_bending(what: str, before: Bending, after: Bending) -> tuple[Verdict, str]:
+def by_bending(
+    what: str, before: Bending, after: Bending, quantities: Quantities | None = None
+) -> Finding:
     """Judge whether each rod is bent more after than before, by every measure of bending."""
     more = [name for name, one in MEASURES.items() if (one(after) > one(before)).all()]
-    others = [name for name in MEASURES if name not in more]
+    others = ", ".join(name for name in MEASURES if name not in more)
+    reason = f"{what} as measured by {', '.join(more)}, but not throughout by {others}"
     if not others:
-        return HOLDS, f"{what} by every measure: {', '.join(more)}"
+        reason = f"{what} by every measure: {', '.join(more)}"
     if not more:
-        return CONTRADICTED, f"no measure ({', '.join(others)}) shows throughout that {what}"
-    # The energy belongs to the whole rod, the other measures to one place of it.
-    verdict = CONDITION if "bending energy" in more else AMBIGUOUS
-    but = f"but not throughout by {', '.join(others)}"
-    return verdict, f"{what} as measured by {', '.join(more)}, {but}"
+        reason = f"no measure ({others}) shows throughout that {what}"
+    return judged(
+        quantities or {},
+        contradicted=not more,
+        # The energy belongs to the whole rod, the other measures to one place of it.
+        condition=bool(others) and "bending energy" in more,
+        ambiguous=bool(others),
+        reason=reason,
+    )

@@ -2,10 +2,9 @@
 
 import tomllib
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -22,6 +21,7 @@ UNITS = (
     "moments and energies in E·I0/L."
 )
 HEAD = ("§", "statement", "what was computed", "quantities", "verdict")
+_STATEMENTS = tomllib.loads(Path(__file__).with_name("statements.toml").read_text("utf-8"))
 # Value and unit of each computed quantity by its name.
 Quantities: TypeAlias = dict[str, tuple[Any, str]]
 
@@ -52,64 +52,35 @@ class Verdict(StrEnum):
         return f"{number} {self if number == 1 else self.replace('holds', 'hold')}"
 
 
-# What a judging function returns; the reason, if it is not the one in statements.toml.
-Judged: TypeAlias = tuple[Verdict, Quantities] | tuple[Verdict, Quantities, str]
-
-
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """Verdict on one statement: its reason, and the value and unit of each computed quantity."""
+    """Verdict on one statement, the value and unit of each computed quantity, and the reason.
+
+    Without a reason of its own it has that of `statements.toml` for this verdict.
+    """
 
     verdict: Verdict
-    reason: str
     quantities: Quantities
+    reason: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A statement of the paper, in other words, with the computation that decides it.
-
-    Attributes
-    ----------
-    computed : str
-        What is computed to decide it.
-    reasons : mapping of str
-        Reason for each verdict.
-    """
+    """A statement of the paper: its texts in `statements.toml`, and the function that judges it."""
 
     name: str
-    section: str
-    figures: Sequence[int]
-    statement: str
-    computed: str
-    reasons: Mapping[Verdict, str]
-    compute: Callable[[Evidence], Judged]
+    texts: Mapping[str, Any]
+    compute: Callable[[Evidence], Finding]
 
     def judge(self, evidence: Evidence) -> Finding:
         """Judge the statement by the evidence."""
-        verdict, quantities, *reason = self.compute(evidence)
-        return Finding(
-            verdict=verdict,
-            reason=reason[0] if reason else self.reasons[verdict],
-            quantities=quantities,
-        )
+        found = self.compute(evidence)
+        return replace(found, reason=found.reason or self.texts[found.verdict.name.lower()])
 
 
-@cache
-def _statements() -> dict[str, dict[str, Any]]:
-    path = Path(__file__).with_name("statements.toml")
-    return tomllib.loads(path.read_text(encoding="utf-8"))
-
-
-def judges(name: str) -> Callable[[Callable[[Evidence], Judged]], Claim]:
+def judges(name: str) -> Callable[[Callable[[Evidence], Finding]], Claim]:
     """Register the function that judges the statement of this name."""
-    texts = dict(_statements()[name])
-    reasons = {
-        verdict: texts.pop(verdict.name.lower())
-        for verdict in Verdict
-        if verdict.name.lower() in texts
-    }
-    return lambda compute: Claim(name=name, reasons=reasons, compute=compute, **texts)
+    return lambda compute: Claim(name=name, texts=_STATEMENTS[name], compute=compute)
 
 
 def claims_table(
@@ -125,12 +96,10 @@ def claims_table(
         finding = one.judge(evidence)
         rows.append(
             {
+                **one.texts,
                 "study": study,
                 "method": method,
                 "claim": one.name,
-                "section": one.section,
-                "statement": one.statement,
-                "computed": one.computed,
                 "quantity_name": list(finding.quantities),
                 "quantity_value": [float(value) for value, _ in finding.quantities.values()],
                 "quantity_unit": [unit for _, unit in finding.quantities.values()],

@@ -9,19 +9,8 @@ from vibrissa.mechanics.elastica import rod_equations
 from vibrissa.mechanics.taper import diameter
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.paper.evidence import Evidence, bending_of_steps
-from vibrissa.paper.judging import (
-    AMBIGUOUS,
-    CONDITION,
-    CONTRADICTED,
-    EXAMPLE,
-    HOLDS,
-    NEGLIGIBLE,
-    ends,
-    holds_if,
-    judged,
-    rises,
-)
-from vibrissa.paper.ledger import Judged, judges
+from vibrissa.paper.judging import EXAMPLE, NEGLIGIBLE, ends, judged, rises
+from vibrissa.paper.ledger import Finding, judges
 from vibrissa.sticking.api import solve_curve, solve_state
 from vibrissa.sticking.solving import shooting
 
@@ -36,7 +25,7 @@ STEEL_STRENGTH = 2.45e9
 
 
 @judges("pushed")
-def pushed(evidence: Evidence) -> Judged:
+def pushed(evidence: Evidence) -> Finding:
     offset = (evidence.scan["x1"] - evidence.scan["footpoint"]).to_numpy()
     forward = all(rises(rows["footpoint"].to_numpy()) for rows in evidence.scans())
     x1 = solve_curve(2.0, evidence.eta).x1_init
@@ -51,35 +40,33 @@ def pushed(evidence: Evidence) -> Judged:
         "displacement when pushed": (evidence.by_theta("x0_slip").loc[2.0, 0.4], "L"),
         "displacement when pulled": (pulled, "L"),
     }
-    return holds_if(forward and offset.min() > 0.0), quantities
+    return judged(quantities, contradicted=not (forward and offset.min() > 0.0))
 
 
 @judges("event frequency")
-def event_frequency(evidence: Evidence) -> Judged:
+def event_frequency(evidence: Evidence) -> Finding:
     rows, dragged = evidence.slipping(), evidence.locking()["dragged"].to_numpy()
     frequency = 1.0 / rows["x0_slip"].to_numpy()
     quantities = ends("events per L", frequency, "1/L")
     if not rises(-frequency):
-        return CONTRADICTED, quantities
-    if not rises(dragged):
-        return CONTRADICTED, quantities, "two values of μ0 above μ_lock have one frequency"
+        return judged(quantities, contradicted=True)
     curve = solve_curve(float(rows["theta"].iloc[0]), evidence.eta)
     quantities |= {
         "events per L of the dragged rod, largest μ0": (1.0 / dragged[-1], "1/L"),
         "μ0 at which a pushed rod has as many": (curve.mobilised_friction(dragged[-1]), "1"),
     }
-    return CONDITION, quantities
+    return judged(quantities, contradicted=not rises(dragged), condition=True)
 
 
 @judges("force unit")
-def force_unit(evidence: Evidence) -> Judged:
+def force_unit(evidence: Evidence) -> Finding:
     force = EXAMPLE_F * EXAMPLE.force_unit
     quantities = {"force": (force, "N"), "unit of force": (EXAMPLE.force_unit, "N")}
-    return holds_if(abs(force / EXAMPLE_FORCE - 1.0) < EXAMPLE_TOLERANCE), quantities
+    return judged(quantities, contradicted=abs(force / EXAMPLE_FORCE - 1.0) >= EXAMPLE_TOLERANCE)
 
 
 @judges("example rod")
-def example_rod(evidence: Evidence) -> Judged:
+def example_rod(evidence: Evidence) -> Finding:
     slenderness = EXAMPLE.base_diameter / EXAMPLE.length
     limit = STEEL_STRENGTH / EXAMPLE.youngs_modulus
     strain = slenderness * bending_of_steps(evidence.scan).strain
@@ -99,7 +86,7 @@ def printed_diameter(s: float, theta: FloatArray) -> FloatArray:
 
 
 @judges("taper of eq. (1)")
-def printed_taper(evidence: Evidence) -> Judged:
+def printed_taper(evidence: Evidence) -> Finding:
     tapers = evidence.by_theta("x0_slip").index.to_numpy()
     by_1 = printed_diameter(1.0, tapers)
     # The stiffness is the reciprocal of the curvature under unit moment.
@@ -118,17 +105,18 @@ def printed_taper(evidence: Evidence) -> Judged:
 
 
 @judges("arc length")
-def arc_length(evidence: Evidence) -> Judged:
+def arc_length(evidence: Evidence) -> Finding:
     tips = [1.0 - (1.0 - 1.0 / 2.0) / length for length in (1.0, 1e3 * EXAMPLE.length)]
     quantities = {
         "tip diameter with L = 1": (tips[0], "d0"),
         "tip diameter with L in mm": (tips[1], "d0"),
     }
-    return (HOLDS if abs(tips[1] - tips[0]) < NEGLIGIBLE else AMBIGUOUS), quantities
+    differ = abs(tips[1] - tips[0]) >= NEGLIGIBLE
+    return judged(quantities, contradicted=False, ambiguous=differ)
 
 
 @judges("sense of α")
-def sense_of_alpha(evidence: Evidence) -> Judged:
+def sense_of_alpha(evidence: Evidence) -> Finding:
     rows = evidence.scan.iloc[:: max(1, len(evidence.scan) // 50)]
     deviation = {1: 0.0, -1: 0.0}
     for row in rows.itertuples():
@@ -146,11 +134,11 @@ def sense_of_alpha(evidence: Evidence) -> Judged:
         "deviation, counter-clockwise": (deviation[1], "1/L"),
         "deviation, clockwise": (deviation[-1], "1/L"),
     }
-    return holds_if(deviation[1] < NEGLIGIBLE), quantities
+    return judged(quantities, contradicted=deviation[1] >= NEGLIGIBLE)
 
 
 @judges("two unknowns")
-def two_unknowns(evidence: Evidence) -> Judged:
+def two_unknowns(evidence: Evidence) -> Finding:
     curve = solve_curve(2.0, evidence.eta)
     state = curve.state(0.5 * curve.x0_lock)
     x1 = curve.x1_init - 0.5 * curve.x0_lock
@@ -160,20 +148,20 @@ def two_unknowns(evidence: Evidence) -> Judged:
         return np.array([x - x1, y - evidence.eta, phi])
 
     f, alpha, h = float(state.f), float(state.alpha), 1e-4
-    by_f = (misses(f + h, alpha) - misses(f - h, alpha)) / (2 * h)
-    by_alpha = (misses(f, alpha + h) - misses(f, alpha - h)) / (2 * h)
-    derivative = np.stack([by_f, by_alpha], axis=1)
+    by_f = misses(f + h, alpha) - misses(f - h, alpha)
+    by_alpha = misses(f, alpha + h) - misses(f, alpha - h)
+    derivative = np.stack([by_f, by_alpha], axis=1) / (2 * h)
     position = np.linalg.matrix_rank(derivative[:2], tol=1e-6 * np.linalg.norm(derivative[:2]))
     quantities = {
         "unknowns that the tip's position determines": (position, "1"),
         "conditions with a given φ1": (len(derivative), "1"),
         "independent ones of them": (np.linalg.matrix_rank(derivative), "1"),
     }
-    return (CONDITION if position == 2 else CONTRADICTED), quantities
+    return judged(quantities, contradicted=position != 2, condition=True)
 
 
 @judges("shooting")
-def default_shooting(evidence: Evidence) -> Judged:
+def default_shooting(evidence: Evidence) -> Finding:
     off: list[int] = []
     errors: list[float] = []
     for rows in evidence.first_periods():

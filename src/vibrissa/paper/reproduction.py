@@ -33,11 +33,7 @@ class Reproduced:
 
 def reproduced(evidence: Evidence) -> list[Reproduced]:
     """Compare Figures 3 to 8 of the paper, and the force of its example rod, with the study."""
-    first = next(
-        rows
-        for rows in evidence.first_periods()
-        if (rows["theta"].iloc[0], rows["mu0"].iloc[0]) == (2.0, 0.4)
-    )
+    first = evidence.scan.query("theta == 2 and mu0 == 0.4 and cycle == 1 and phase == 'stick'")
     tapers, slips = evidence.taper, evidence.slipping()
     force, phi1 = EXAMPLE_F * EXAMPLE.force_unit, evidence.state["phi1"]
     off, sign = force - EXAMPLE_FORCE, "agrees" if phi1 < 0.0 else "differs"
@@ -55,7 +51,7 @@ def reproduced(evidence: Evidence) -> list[Reproduced]:
             name=f"Figure {number}",
             outcome=outcome,
             difference=of_figure_8 if number == 8 else NOT_PRINTED,
-            claims=[claim.name for claim in CLAIMS if number in claim.figures],
+            claims=[claim.name for claim in CLAIMS if number in claim.texts["figures"]],
         )
         for number, outcome in outcomes.items()
     ]

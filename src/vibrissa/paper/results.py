@@ -11,15 +11,11 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import last_step_within
 from vibrissa.paper.evidence import Evidence, bending_at_the_last_state, bending_of_steps
 from vibrissa.paper.judging import (
-    CONDITION,
-    CONTRADICTED,
     EXAMPLE,
-    HOLDS,
     MEASURES,
     NEGLIGIBLE,
     by_bending,
     ends,
-    holds_if,
     judged,
     line_fit,
     neighbours,
@@ -27,7 +23,7 @@ from vibrissa.paper.judging import (
     spread,
     wide_sweep,
 )
-from vibrissa.paper.ledger import Judged, Quantities, judges
+from vibrissa.paper.ledger import Finding, Quantities, judges
 from vibrissa.sticking.api import solve_curve
 
 # "A few" steps are at most so many.
@@ -37,17 +33,18 @@ SEEMS_LINEAR = 0.99
 
 
 @judges("sign of α")
-def sign_of_alpha(evidence: Evidence) -> Judged:
+def sign_of_alpha(evidence: Evidence) -> Finding:
     alpha = evidence.scan["alpha"].to_numpy()
     moved = evidence.scan["x0"].to_numpy() > 0.0
     at_first = np.abs(alpha[~moved]).max()
     quantities = spread("α at x0 > 0", alpha[moved], "rad")
     quantities["largest |α| at x0 = 0"] = (at_first, "rad")
-    return holds_if(at_first < NEGLIGIBLE and (alpha[moved] < 0.0).all()), quantities
+    is_so = at_first < NEGLIGIBLE and (alpha[moved] < 0.0).all()
+    return judged(quantities, contradicted=not is_so)
 
 
 @judges("further deformed")
-def further_deformed(evidence: Evidence) -> Judged:
+def further_deformed(evidence: Evidence) -> Finding:
     periods = evidence.first_periods()
     bent = [bending_of_steps(rows) for rows in periods]
     growth = np.array([rods.energy[-1] / rods.energy[0] for rods in bent]) - 1.0
@@ -55,30 +52,24 @@ def further_deformed(evidence: Evidence) -> Judged:
     fall = 1.0 - np.array([moment.iloc[-1] / moment.iloc[0] for moment in moments])
     quantities = spread("growth of the energy in a period", 100 * growth, "%")
     quantities |= spread("fall of the clamp moment", 100 * fall, "%")
-    verdict, reason = by_bending("the rod is deformed further", *neighbours(bent))
-    if (fall > 0.0).all():
-        reason += "; the force on the clamp grows, but the moment falls in all periods"
-    return verdict, quantities, reason
+    return by_bending("the rod is deformed further", *neighbours(bent), quantities)
 
 
 @judges("end of sticking")
-def end_of_sticking(evidence: Evidence) -> Judged:
+def end_of_sticking(evidence: Evidence) -> Finding:
     locked = evidence.locking()
     quantities = {
         "critical friction coefficient at θ = 2": (evidence.friction["mu_lock"].iloc[0], "1"),
-        "points that never slip forward": (len(locked), "1"),
-        "of these, points that slip after a swing": (len(locked), "1"),
+        "points that slip only after the rod has buckled laterally": (len(locked), "1"),
     }
     reached = np.abs(np.tan(locked["alpha_trail"].to_numpy()))
     away = np.abs(reached / locked["mu0"].to_numpy() - 1.0).max()
     quantities["largest deviation of |tan α| from μ0 there"] = (away, "1")
-    if away > NEGLIGIBLE:
-        return CONTRADICTED, quantities, "tips that trail slip at another friction"
-    return CONDITION, quantities
+    return judged(quantities, contradicted=away > NEGLIGIBLE, condition=True)
 
 
 @judges("μ0 from the load")
-def friction_from_forces(evidence: Evidence) -> Judged:
+def friction_from_forces(evidence: Evidence) -> Finding:
     rows = pd.concat([evidence.taper, evidence.slipping()])
 
     def error(suffix: str, rows: pd.DataFrame = rows) -> FloatArray:
@@ -100,7 +91,7 @@ def friction_from_forces(evidence: Evidence) -> Judged:
 
 
 @judges("longer with θ")
-def longer_with_taper(evidence: Evidence) -> Judged:
+def longer_with_taper(evidence: Evidence) -> Finding:
     shown = evidence.by_theta("x0_slip")
     curves = wide_sweep(evidence.eta)
     wide = np.array([curve.onset(shown.columns.to_numpy()) for curve in curves])
@@ -114,19 +105,18 @@ def longer_with_taper(evidence: Evidence) -> Judged:
 
 
 @judges("deformation with θ")
-def deformed_with_taper(evidence: Evidence) -> Judged:
+def deformed_with_taper(evidence: Evidence) -> Finding:
     bent = [bending_at_the_last_state(rows) for _, rows in evidence.taper.groupby("mu0")]
     first, last = (Bending.concatenate([r.take(np.array([i])) for r in bent]) for i in (0, -1))
     quantities: Quantities = {}
     for name, one in MEASURES.items():
         ratio = f"{name}, ratio of θ = 3 to 1"
         quantities |= spread(ratio, one(last) / one(first), "1")
-    verdict, reason = by_bending("the deformation is stronger", *neighbours(bent))
-    return verdict, quantities, reason
+    return by_bending("the deformation is stronger", *neighbours(bent), quantities)
 
 
 @judges("μ0 = 0.3 against 0.4")
-def friction_compared(evidence: Evidence) -> Judged:
+def friction_compared(evidence: Evidence) -> Finding:
     ends = pd.concat([rows.iloc[[-1]] for rows in evidence.first_periods()])
     low, high = (ends[ends["mu0"] == mu0] for mu0 in (ends["mu0"].min(), ends["mu0"].max()))
     less, more = bending_of_steps(low), bending_of_steps(high)
@@ -134,13 +124,12 @@ def friction_compared(evidence: Evidence) -> Judged:
     quantities = spread("ratio of x0,max, μ0 = 0.4 to 0.3", ratio, "1")
     quantities |= spread("ratio of the energies", more.energy / less.energy, "1")
     if ratio.min() <= 1.0:
-        return CONTRADICTED, quantities
-    verdict, reason = by_bending("the rod is deformed less", less, more)
-    return verdict, quantities, reason
+        return judged(quantities, contradicted=True)
+    return by_bending("the rod is deformed less", less, more, quantities)
 
 
 @judges("few steps")
-def few_steps(evidence: Evidence) -> Judged:
+def few_steps(evidence: Evidence) -> Finding:
     steps = evidence.by_theta("n_steps")
     cylinder = steps.loc[1.0, 0.3]
     onset = evidence.by_theta("x0_slip").loc[1.0, 0.3]
@@ -154,7 +143,7 @@ def few_steps(evidence: Evidence) -> Judged:
 
 
 @judges("accurate drive")
-def accurate_drive(evidence: Evidence) -> Judged:
+def accurate_drive(evidence: Evidence) -> Finding:
     onset = evidence.by_theta("x0_slip")
     missed = (last_step_within(onset.to_numpy(), Decimal("0.01")) == 0).sum(axis=1)
     shortest = onset.loc[1.0].min()
@@ -163,11 +152,11 @@ def accurate_drive(evidence: Evidence) -> Judged:
         "values missed at θ = 3": (missed[-1], "1"),
         "largest step of the example rod that misses none": (1e3 * EXAMPLE.length * shortest, "mm"),
     }
-    return holds_if(missed[0] > missed[-1]), quantities
+    return judged(quantities, contradicted=missed[0] <= missed[-1])
 
 
 @judges("taper compensates")
-def taper_compensates(evidence: Evidence) -> Judged:
+def taper_compensates(evidence: Evidence) -> Finding:
     frictions = evidence.by_theta("x0_slip").columns.to_numpy()
     slope = {}
     for theta in (1.0, 2.0, 3.0):
@@ -181,12 +170,11 @@ def taper_compensates(evidence: Evidence) -> Judged:
         f"smallest ratio of the rise at θ = 1 to θ = {theta:g}": (ratio, "1")
         for theta, ratio in least.items()
     }
-    rising = least[2.0] > 1.0 and least[3.0] > least[2.0]
-    return (CONDITION if rising else CONTRADICTED), quantities
+    return judged(quantities, contradicted=not rises([1.0, *least.values()]), condition=True)
 
 
 @judges("longer slides with θ")
-def longer_slides(evidence: Evidence) -> Judged:
+def longer_slides(evidence: Evidence) -> Finding:
     slides = evidence.slip_lengths()
     travel = evidence.scan_lengths() / evidence.cycle_counts()
     difference = (slides - travel).abs().to_numpy().max()
@@ -198,14 +186,14 @@ def longer_slides(evidence: Evidence) -> Judged:
 
 
 @judges("longer scan with θ")
-def longer_scan(evidence: Evidence) -> Judged:
+def longer_scan(evidence: Evidence) -> Finding:
     lengths = evidence.scan_lengths()
     quantities = spread("distance", lengths, "L")
-    return holds_if(rises(lengths)), quantities
+    return judged(quantities, contradicted=not rises(lengths))
 
 
 @judges("linear in θ")
-def linear_in_taper(evidence: Evidence) -> Judged:
+def linear_in_taper(evidence: Evidence) -> Finding:
     stepped, onset = evidence.by_theta("x0_max"), evidence.by_theta("x0_slip")
     tapers, frictions = onset.index.to_numpy(), onset.columns
     deviation = max(line_fit(tapers, onset[mu0].to_numpy()).deviation for mu0 in frictions)
@@ -225,7 +213,7 @@ def linear_in_taper(evidence: Evidence) -> Judged:
 
 
 @judges("μ0 strengthens the taper's effect")
-def friction_strengthens(evidence: Evidence) -> Judged:
+def friction_strengthens(evidence: Evidence) -> Finding:
     onset = evidence.by_theta("x0_slip")
     tapers = onset.index.to_numpy()
     slopes = np.array([line_fit(tapers, onset[mu0].to_numpy()).slope for mu0 in onset.columns])
@@ -235,7 +223,7 @@ def friction_strengthens(evidence: Evidence) -> Judged:
 
 
 @judges("levels of Figure 7")
-def levels(evidence: Evidence) -> Judged:
+def levels(evidence: Evidence) -> Finding:
     rows = evidence.slipping()
     groups = rows.groupby("x0_max").size().to_numpy()
     quantities = {
@@ -246,7 +234,7 @@ def levels(evidence: Evidence) -> Judged:
 
 
 @judges("cause of the levels")
-def cause_of_levels(evidence: Evidence) -> Judged:
+def cause_of_levels(evidence: Evidence) -> Finding:
     onset = evidence.slipping()["x0_slip"].to_numpy()
     step = exact(evidence.dx0)
     counts = [len(np.unique(last_step_within(onset, step / part))) for part in (1, 2, 5, 10)]
@@ -256,13 +244,12 @@ def cause_of_levels(evidence: Evidence) -> Judged:
         "values with a tenth of the step": (counts[-1], "1"),
         "exact values": (distinct, "1"),
     }
-    return holds_if(
-        distinct == len(onset) and counts[0] < counts[-1] and sorted(counts) == counts
-    ), quantities
+    is_so = distinct == len(onset) and counts[0] < counts[-1] and sorted(counts) == counts
+    return judged(quantities, contradicted=not is_so)
 
 
 @judges("no exact trend")
-def no_exact_trend(evidence: Evidence) -> Judged:
+def no_exact_trend(evidence: Evidence) -> Finding:
     rows = evidence.slipping()
     stepped, onset = rows["x0_max"].to_numpy(), rows["x0_slip"].to_numpy()
     error = onset - stepped
@@ -277,7 +264,7 @@ def no_exact_trend(evidence: Evidence) -> Judged:
 
 
 @judges("non-linear in μ0")
-def nonlinear_in_friction(evidence: Evidence) -> Judged:
+def nonlinear_in_friction(evidence: Evidence) -> Finding:
     rows = evidence.slipping()
     mu0, onset = rows["mu0"].to_numpy(), rows["x0_slip"].to_numpy()
     slope = np.diff(onset) / np.diff(mu0)
@@ -293,24 +280,25 @@ def nonlinear_in_friction(evidence: Evidence) -> Judged:
         "μ_lock, where the trend ends": (curve.mu_lock, "1"),
     }
     if deviation <= evidence.dx0:
-        return CONTRADICTED, quantities
-    reason = "it gets steeper and steeper, at the end like a square root with a vertical tangent"
-    if abs(power - 0.5) > 0.01:
-        reason = "but not like a square root at the lock"
-    reason += "; above the lock sticking ends only after the rod has buckled laterally"
-    return HOLDS, quantities, reason
+        return judged(quantities, contradicted=True)
+    at_the_end = "at the end" if abs(power - 0.5) <= 0.01 else "but not"
+    reason = (
+        f"it gets steeper and steeper, {at_the_end} like a square root; above the lock sticking "
+        "ends only after the rod has buckled laterally"
+    )
+    return judged(quantities, contradicted=False, reason=reason)
 
 
 @judges("periods repeat")
-def periods_repeat(evidence: Evidence) -> Judged:
+def periods_repeat(evidence: Evidence) -> Finding:
     columns = ["f", "alpha", "reaction_m", "phi1"]
     worst = 0.0
     for rows in evidence.scans():
         # Without the state at the very beginning, which no cycle before it ends with.
         first, *others = (cycle[columns].to_numpy() for _, cycle in rows.iloc[1:].groupby("cycle"))
         if any(other.shape != first.shape for other in others):
-            return CONTRADICTED, {}, "cycles have different numbers of steps"
+            return judged({}, contradicted=True)
         worst = max(worst, *(float(np.abs(other - first).max()) for other in others))
     cycles = evidence.cycle_counts().to_numpy().min()
     quantities = {"cycles": (cycles, "1"), "largest difference": (worst, "1")}
-    return holds_if(worst < NEGLIGIBLE), quantities
+    return judged(quantities, contradicted=worst >= NEGLIGIBLE)

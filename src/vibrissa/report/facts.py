@@ -11,29 +11,25 @@ from typing import Any
 import pyarrow.compute as pc
 
 from vibrissa import __version__
+from vibrissa.outcomes import NO_RESULT
 from vibrissa.paper.claims import CLAIMS
 from vibrissa.paper.ledger import quantities_of
 from vibrissa.provenance import commit
-from vibrissa.report.spelling import NO_RESULT, spell, spell_counts, spell_unit
+from vibrissa.report.spelling import spell, spell_unit
 from vibrissa.tables import query, store
-from vibrissa.tables.counts import counts_by_status
+from vibrissa.tables.counts import counts_by_status, sentence
 from vibrissa.tables.query import Readable
 from vibrissa.wording import counted
 
 # Reasons for rows without a result that are listed of each table.
 MOST_REASONS = 40
 LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "snakemake")
-NAMES = {
-    "stiction": "Grid points",
-    "scans": "Scans",
-    "states": "States",
-    "comparisons": "Points in both kinds of contact, twice each",
-}
 
 
 def summary(found: Mapping[str, Readable]) -> dict[str, str]:
     """Summarize the tables: the text of each fact by its name."""
-    lines = {NAMES[name]: spell_counts(count) for name, count in counts_by_status(found).items()}
+    lines = sentence(counts_by_status(found)).splitlines()
+    facts = dict(line.split(": ") for line in lines)
     residuals = [
         largest
         for name in ("stiction", "states")
@@ -41,7 +37,7 @@ def summary(found: Mapping[str, Readable]) -> dict[str, str]:
         for part in query.parts(found[name], ["residual"])
         if (largest := pc.max(part.column("residual")).as_py()) is not None
     ]
-    return lines | ({"Largest residual": spell(max(residuals), 2)} if residuals else {})
+    return facts | ({"largest residual": spell(max(residuals), 2)} if residuals else {})
 
 
 def troubles(found: Mapping[str, Readable]) -> list[str]:
@@ -64,7 +60,7 @@ def troubles(found: Mapping[str, Readable]) -> list[str]:
 
 def claim_rows(claims: Readable) -> list[dict[str, Any]]:
     """Rows of the ledger, with the texts of ``quantities``, ``figures`` and an ``anchor``."""
-    figures = {claim.name: claim.figures for claim in CLAIMS}
+    figures = {claim.name: claim.texts["figures"] for claim in CLAIMS}
     rows = query.frame(claims, claims.schema.names).to_dict("records")
     for row in rows:
         row["figures"] = figures.get(row["claim"], ())

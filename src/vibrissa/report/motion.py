@@ -33,19 +33,18 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
     explorer's own presets.
     """
     scans = _solved(found["scans"]) if "scans" in found else []
-    shared = _shared(found["scans"]) if scans else {}
-    settings = [_settings(rows, shared) for rows in scans]
     offered = [
-        (rows, given)
-        for rows, given in zip(scans, settings, strict=True)
-        if fits(given) and not rows[list(MOUNTING_AXES)].any(axis=None)
+        rows
+        for rows in scans
+        if fits(dict(rows.iloc[0][list(POINT)])) and not rows[list(MOUNTING_AXES)].any(axis=None)
     ][:MOST_SCANS]
     lost = len(scans) - len(offered)
     why = f"they are mounted in another way, beyond the fields, or more than {MOST_SCANS}"
     note = f"Not offered: {counted(lost, 'scan')}, as {why}." if lost else ""
-    most = MOST_ROWS // max(len(offered), 1)
-    presets = tuple(_preset(rows, given, most, figures) for rows, given in offered)
-    return presets or (*PAPER, *MOUNTED), note
+    if not offered:
+        return (*PAPER, *MOUNTED), note
+    shared, most = _shared(found["scans"]), MOST_ROWS // len(offered)
+    return tuple(_preset(rows, shared, most, figures) for rows in offered), note
 
 
 def _solved(scans: Readable) -> list[pd.DataFrame]:
@@ -64,12 +63,8 @@ def _shared(table: Readable) -> dict[str, float | str]:
     return {**chosen, "law": "free", "units": "none", **IDEAL}
 
 
-def _settings(scan: pd.DataFrame, shared: Mapping[str, float | str]) -> dict[str, float | str]:
-    return {**{name: float(scan.iloc[0][name]) for name in POINT}, **shared}
-
-
 def _preset(
-    scan: pd.DataFrame, settings: Mapping[str, float | str], most: int, figures: Selections
+    scan: pd.DataFrame, shared: Mapping[str, float | str], most: int, figures: Selections
 ) -> Preset:
     first = scan.iloc[0]
     kept = scan.iloc[np.linspace(0, len(scan) - 1, min(len(scan), most)).astype(int)]
@@ -81,7 +76,7 @@ def _preset(
     return Preset(
         name=f"{_figure_of(first, figures)}: {axes}{locks}",
         note="Green: stored study values.",
-        settings=settings,
+        settings={**{name: float(first[name]) for name in POINT}, **shared},
         recording=Recording(name=figure_name(str(first["scan"])), **values),
         play=True,
     )

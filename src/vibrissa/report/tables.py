@@ -1,47 +1,48 @@
 """Key rows of the study's tables, as the page shows them."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
-from operator import and_
 from typing import Any
 
 import pandas as pd
-import pyarrow.compute as pc
 
 from vibrissa.report.spelling import spell, spell_unit, symbol
 from vibrissa.tables import query
 from vibrissa.tables.query import Readable
 from vibrissa.wording import figure_name
 
-# Rows that a section shows, and rows above which only the ends of the axes are shown.
-MOST_ROWS, FEW_ROWS = 40, 27
+# Rows of a table that are shown.
+MOST_ROWS = 40
 # Decimals of a load on the clamp; beyond is rounding.
 DECIMALS = 9
 
-COMPARED = ("theta", "mu0", "eta")
-POINT = (*COMPARED, "dx0")
+POINT = ("theta", "mu0", "eta", "dx0")
 SCAN = ("scan", *POINT)
 REACTIONS = ("reaction_fx", "reaction_fy", "reaction_m")
-STICTION = (
-    *(*POINT, "status", "contact", "x0_max", "x0_slip"),
-    *("mu_lock", "f_slip", "reaction_m_slip", "residual"),
-)
-SCANS = (*SCAN, "status", "cycle", "x0", *REACTIONS)
-STATES = (
-    *("state", "theta", "eta", "x1", "status", "contact", "f", "alpha", "phi1"),
-    *(*REACTIONS, "penetrates", "residual"),
-)
-COMPARISONS = (
-    *(*COMPARED, "status_point", "status_line", "x0_slip_point", "x0_slip_line"),
-    *("mu_lock_point", "mu_lock_line", "penetrates"),
-)
-# Tables of which the corners and the middle of each grid are shown: the column with its name, its
-# axes, and the columns that are shown.
-CORNERS = {
-    "stiction": ("grid", POINT, STICTION),
-    "comparisons": ("comparison", COMPARED, COMPARISONS),
+# Title and columns of each table that is shown.
+SHOWN = {
+    "stiction": (
+        "Grid points",
+        (
+            *("grid", *POINT, "status", "contact", "x0_max", "x0_slip"),
+            *("mu_lock", "f_slip", "reaction_m_slip", "residual"),
+        ),
+    ),
+    "scans": ("Scans", (*SCAN, "status", "cycle", "x0", *REACTIONS)),
+    "states": (
+        "Single states",
+        (
+            *("state", "theta", "eta", "x1", "status", "contact", "f", "alpha", "phi1"),
+            *(*REACTIONS, "penetrates", "residual"),
+        ),
+    ),
+    "comparisons": (
+        "Points in both kinds of contact",
+        (
+            *("comparison", "theta", "mu0", "eta", "status_point", "status_line"),
+            *("x0_slip_point", "x0_slip_line", "mu_lock_point", "mu_lock_line", "penetrates"),
+        ),
+    ),
 }
 
 
@@ -70,29 +71,27 @@ class Section:
 
 
 def sections(found: Mapping[str, Readable]) -> list[Section]:
-    """Key rows of each of a study's tables, by name, that the page shows."""
+    """Choose rows of each of a study's tables, by name, for the page."""
     shown: list[Section] = []
     for name, table in found.items():
-        if not query.count(table):
+        if name not in SHOWN or not query.count(table):
             continue
-        if name in CORNERS:
-            shown += _corners(table, *CORNERS[name])
-        elif name == "scans":
-            shown.append(_scans(table))
-        elif name == "states":
-            rows = query.frame(table, STATES)
-            shown.append(_section(table, rows, STATES, "Single states"))
+        title, columns = SHOWN[name]
+        if name == "scans":
+            note = "cycle, x0: the largest; loads on the clamp: the least and the greatest."
+            shown.append(_section(table, _scans(table, columns), columns, title, note))
+        else:
+            rows = query.spaced(table, columns, MOST_ROWS)
+            shown.append(_section(table, rows, columns, title))
     return shown
 
 
-def _scans(table: Readable) -> Section:
+def _scans(table: Readable, columns: Sequence[str]) -> pd.DataFrame:
     """Cycles, largest x0, and least and greatest load on the clamp of each scan."""
-    rows = query.frame(table, SCANS)
+    rows = query.frame(table, columns)
     loads = {name: _range for name in REACTIONS}
     kept = {"status": "first", "cycle": "max", "x0": "max", **loads}
-    scans = rows.groupby(list(SCAN), sort=False).agg(kept).reset_index()
-    note = "cycle, x0: the largest; Fx, Fy, M: the least and the greatest."
-    return _section(table, scans, SCANS, "Scans", note)
+    return rows.groupby(list(SCAN), sort=False).agg(kept).reset_index().head(MOST_ROWS)
 
 
 def _range(values: pd.Series) -> str:
@@ -100,48 +99,14 @@ def _range(values: pd.Series) -> str:
     return f"{spell(rounded.min(), 4)} … {spell(rounded.max(), 4)}"
 
 
-def _corners(
-    table: Readable, source: str, axes: Sequence[str], names: Sequence[str]
-) -> list[Section]:
-    """Sections of the corners and the middle of each grid or comparison."""
-    values: dict[str, dict[str, set[float]]] = {}
-    # Part by part: the table may be long.
-    for part in query.parts(table, [source, *axes]):
-        distinct = part.group_by(source).aggregate([(axis, "distinct") for axis in axes])
-        for row in distinct.to_pylist():
-            seen = values.setdefault(row[source], {axis: set() for axis in axes})
-            for axis in axes:
-                seen[axis].update(row[f"{axis}_distinct"])
-    shown = []
-    for name, found in sorted(values.items()):
-        where = [query.one_of(*axis) for axis in _key_values(found).items()]
-        rows = query.frame(table, names, reduce(and_, where, pc.field(source) == name))
-        title = f"{source.capitalize()}: {figure_name(name)}"
-        note = "The corners and the middle."
-        shown.append(_section(table, rows.sort_values(list(axes)), names, title, note))
-    return shown
-
-
-def _key_values(values: Mapping[str, set[float]]) -> dict[str, list[float]]:
-    """First, middle and last value of each axis, without the middle ones if they are too many."""
-    ordered = {name: sorted(axis) for name, axis in values.items()}
-    chosen = {name: sorted({v[0], v[len(v) // 2], v[-1]}) for name, v in ordered.items()}
-    if math.prod(map(len, chosen.values())) > FEW_ROWS:
-        chosen = {name: sorted({v[0], v[-1]}) for name, v in ordered.items()}
-    return chosen
-
-
 def _section(
     table: Readable, rows: pd.DataFrame, names: Sequence[str], title: str, note: str = ""
 ) -> Section:
     """Section of some columns; its note has the values that are equal in all rows."""
-    shown = rows.head(MOST_ROWS).astype(object)
-    if len(rows) > MOST_ROWS:
-        note += f" Shown are the first {MOST_ROWS} of {len(rows)} rows."
-    columns = [_column(table, name, shown[name]) for name in names]
+    columns = [_column(table, name, rows[name].astype(object)) for name in names]
     same = [column for column in columns if len(column.cells) > 1 and len({*column.cells}) == 1]
-    if told := [f"{one.name} = {one.cells[0]}" for one in same if one.cells[0] != "–"]:
-        note += f" In all rows: {', '.join(told)}."
+    if equal := [f"{one.name} = {one.cells[0]}" for one in same if one.cells[0] != "–"]:
+        note += f" In all of these rows: {', '.join(equal)}."
     varying = [column for column in columns if column not in same]
     return Section(title=title, note=note.strip(), columns=varying)
 
@@ -150,7 +115,7 @@ def _column(table: Readable, name: str, values: Iterable[Any]) -> Column:
     """Column of a table with the unit and the description of its schema."""
     about = table.schema.field(name).metadata
     digits = 2 if name == "residual" else 5
-    named = figure_name if name in ("scan", "state") else str
+    named = figure_name if name in ("grid", "scan", "state", "comparison") else str
     return Column(
         name=symbol(name),
         unit=spell_unit(about[b"unit"].decode()),

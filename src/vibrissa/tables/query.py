@@ -1,6 +1,6 @@
 """Rows of a table in memory or in a file; only the requested parts are read.
 
-An expression of pyarrow selects rows: `in_grid`, `one_of`, or several joined by ``&``.
+An expression of pyarrow selects rows, such as `one_of`, or several joined by ``&``.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
@@ -55,11 +56,6 @@ def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
     return reduce(or_, [pc.field(column) == value for value in values])
 
 
-def in_grid(name: str) -> pc.Expression:
-    """Condition that a point belongs to a grid."""
-    return pc.field("grid") == name
-
-
 def parts(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> Iterator[pa.Table]:
@@ -87,6 +83,17 @@ def frame(
 ) -> pd.DataFrame:
     """Rows as pandas has them; see `parts`."""
     return rows(table, columns, where).to_pandas()
+
+
+def spaced(table: Readable, columns: Sequence[str], most: int) -> pd.DataFrame:
+    """Rows at equal distances, at most so many."""
+    places = np.linspace(0, count(table) - 1, min(count(table), most)).astype(int)
+    kept, begin = [], 0
+    for part in parts(table, columns):
+        here = places - begin
+        kept.append(part.take(here[(here >= 0) & (here < len(part))]))
+        begin += len(part)
+    return pa.concat_tables(kept).to_pandas()
 
 
 def count(table: Readable) -> int:
