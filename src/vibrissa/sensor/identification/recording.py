@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from vibrissa.errors import OtherTableError, RecordingError
-from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
 from vibrissa.sensor.identification.ends import moving, touching
@@ -92,6 +92,14 @@ class Recording(Batch):
     air: tuple[float, ...] = ()
     air_rows: int = 0
 
+    def noted(self, *notes: str) -> Self:
+        """Add notes."""
+        return replace(self, notes=(*self.notes, *notes))
+
+    def naming(self, rows: Index, why: str) -> Self:
+        """Note rows that are left out."""
+        return self.noted(*left_out(self.line[rows], why))
+
 
 def read_recording(
     source: "Path | DataFrame", units: Units, method: Method, transducer: Transducer | None = None
@@ -129,11 +137,11 @@ def read_recording(
     readings[:, [i for i in range(len(CHANNELS)) if i not in used]] = np.nan
     missing = np.isnan(clamp) | np.isnan(readings[:, used]).any(axis=1)
     at_limit = saturated[:, used].any(axis=1) & ~missing
-    notes += left_out(table.line[missing], "a value is missing")
-    notes += left_out(table.line[at_limit], "the transducer is saturated")
     recording = Recording(
         clamp=clamp, readings=readings, line=table.line, notes=notes, zeros=_zeros(table)
     )
+    recording = recording.naming(missing, "a value is missing")
+    recording = recording.naming(at_limit, "the transducer is saturated")
     complete = ~(missing | at_limit)
     recording = recording.take(complete)
     if "time" in table.columns:
@@ -180,16 +188,12 @@ def suffices(channels: Sequence[int]) -> bool:
 
 def _scanned(recording: Recording, used: list[int]) -> Recording:
     """Leave out the ends of a recording that are no scan, and note them."""
-    readings = recording.readings
-    loaded = touching(readings[:, used])
-    free = np.delete(recording.line, loaded)
-    air = readings[: loaded.start] if loaded.start else readings[loaded.stop :]
-    recording = recording.take(loaded)
-    kept = moving(recording.clamp)
-    rest = np.delete(recording.line, kept)
-    notes = left_out(free, "no load: nothing touches the surface")
-    notes += left_out(rest, "the clamp rests before or after the scan")
-    recording = replace(recording.take(kept), notes=recording.notes + notes)
+    rows, loaded = np.arange(len(recording)), touching(recording.readings[:, used])
+    air = recording.readings[slice(loaded.start) if loaded.start else slice(loaded.stop, None)]
+    kept = rows[loaded][moving(recording.clamp[loaded])]
+    free, rest = np.delete(rows, loaded), np.setdiff1d(rows[loaded], kept)
+    recording = recording.naming(free, "no load: nothing touches the surface")
+    recording = recording.naming(rest, "the clamp rests before or after the scan").take(kept)
     # As the rod touches, or leaves, the load is not zero.
     off = np.abs(air - np.median(air, axis=0)) if len(air) else air
     air = air[~(off > TOUCHES * np.median(off, axis=0)).any(axis=1)] if len(air) else air

@@ -18,7 +18,6 @@ from vibrissa.sensor.identification.recording import (
     FORCES,
     MOMENT,
     Recording,
-    left_out,
     noise_of,
 )
 
@@ -275,7 +274,7 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
         f"the rod buckles laterally in line {recording.line[end]}: what follows is not read; "
         "begin a new recording there"
     )
-    recording = replace(recording.take(slice(end)), notes=(*recording.notes, note))
+    recording = recording.noted(note).take(slice(end))
     spans = spans.take(slice(kept))
     after, swung = np.minimum(spans.after, end - 1), np.arange(kept) == kept - 1
     return recording, replace(spans, after=after, swung=swung)
@@ -349,14 +348,11 @@ def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slippe
     rises = np.maximum([usual_rise(clamp, one) for one in loads], TINY)
     load = np.asarray(rises @ loads / np.linalg.norm(rises))
     spiky = spikes(clamp, readings)
-    notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
     row = np.flatnonzero(~spiky)
-    recording = recording.take(row)
+    recording = recording.naming(spiky, "a lone spike").take(row)
     spans = spans_of(clamp[row], load[row])
     why = "periods too small for the noise of the readings (record the moment, or less noise)"
-    notes += left_out(recording.line[spans.between], why)
-    recording = replace(recording, notes=notes)
-    recording, spans = before_swing(recording, spans)
+    recording, spans = before_swing(recording.naming(spans.between, why), spans)
     found = Slipped(recording=recording, spans=spans, position=position, row=row)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
     late = int(np.ceil(slip_rows))
@@ -372,12 +368,8 @@ def _settled(found: Slipped, early: int, late: int) -> Slipped:
     begins[0] = spans.begins[0] + (late if late > LONG else 0)
     ends = spans.ends - early
     ends[-1] = spans.ends[-1]
-    some = ends > begins
-    kept = np.zeros(len(recording) + 1, dtype=int)
-    np.add.at(kept, begins[some], 1)
-    np.add.at(kept, ends[some] + 1, -1)
-    off = (np.cumsum(kept)[:-1] == 0) & (np.arange(len(recording)) >= spans.begins[0])
-    note = left_out(recording.line[off], "the readings have not settled after a slip")
-    spans = replace(spans, begins=begins, ends=ends).take(some)
-    recording = replace(recording, notes=(*recording.notes, *note))
-    return replace(found, recording=recording, spans=spans)
+    settled = replace(spans, begins=begins, ends=ends).take(ends > begins)
+    off = np.arange(len(recording)) >= spans.begins[0]
+    off[settled.rows[0]] = False
+    recording = recording.naming(off, "the readings have not settled after a slip")
+    return replace(found, recording=recording, spans=settled)

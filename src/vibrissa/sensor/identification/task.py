@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -85,12 +84,6 @@ class Task:
         assumed = [name for name in ZEROS[:2] if self.sizes.get(name) and name not in self.stated]
         return bool(assumed) and not self.recording.air_rows
 
-    def noted(self, *notes: str, **changed: Any) -> "Task":
-        """Change the task and say so in the notes of the recording."""
-        recording = changed.pop("recording", self.recording)
-        recording = replace(recording, notes=(*self.recording.notes, *notes))
-        return replace(self, recording=recording, **changed)
-
     def tared(self) -> "Task":
         """Take the mean of the rows in air as zero, unless the zero is stated."""
         recording, sizes = self.recording, dict(self.sizes)
@@ -102,8 +95,8 @@ class Task:
             zeros[i] = recording.air[i]
             sizes[ZEROS[i]] = float(self.noise[i] / np.sqrt(recording.air_rows))
         recording = replace(recording, readings=recording.readings - zeros)
-        note = "the means of the rows without load are the zeros"
-        return self.noted(note, recording=recording, sizes=sizes)
+        recording = recording.noted("the means of the rows without load are the zeros")
+        return replace(self, recording=recording, sizes=sizes)
 
     @cached_property
     def slipped(self) -> Slipped:
@@ -139,7 +132,7 @@ def task_of(
     RecordingError
         If the readings have no measurable noise.
     """
-    given, notes = _noise(noise, transducer, units), []
+    given = _noise(noise, transducer, units)
     known = _measurable(noise_of(recording.readings) if given is None else given, recording)
     assumed = assumed_tolerances(units, known) if assume else {}
     of_whisker: Mapping[str, float] = {}
@@ -148,7 +141,7 @@ def task_of(
         known, of_whisker = np.maximum(known, LEAST_FITTED), whisker.tolerances
     elif needless := [name for name in tolerances if name not in (*BEARING, SLOPE)]:
         read = {name: size for name, size in read.items() if name not in needless}
-        notes = [f"the ratio of the forces does not use: {', '.join(needless)}"]
+        recording = recording.noted(f"the ratio of the forces does not use: {', '.join(needless)}")
     stated = {**read_tolerances(units, recording.zeros, whisker), **of_whisker, **read}
     task = Task(
         recording=recording,
@@ -159,7 +152,7 @@ def task_of(
         stated=frozenset(stated),
         units=units,
     )
-    return task.noted(*notes).tared()
+    return task.tared()
 
 
 def _noise(
