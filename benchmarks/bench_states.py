@@ -7,6 +7,7 @@ states it finds in a round and how far their forces are from converged ones.
 import os
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,15 +18,14 @@ from vibrissa import solve_state
 from vibrissa.mechanics.equations import largest_residual
 from vibrissa.mechanics.mounting import IDEAL, rod_columns
 from vibrissa.mechanics.newton import solve
-from vibrissa.mechanics.states import RodStates
-from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
+from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.solving import shooting
 from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.collocation import solve_curves
-from vibrissa.sticking.solving.cutting import X0, Section, cut, guessed
+from vibrissa.sticking.solving.cutting import cut, guessed
 from vibrissa.sticking.solving.following import CLOSENESS, follow
-from vibrissa.sticking.solving.refinement import STATES_ALONG_PART, along
+from vibrissa.sticking.solving.refinement import STATES_ALONG_PART, PathStates
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
 # Steps of one period of sticking; the slow methods take every so manyth.
@@ -90,24 +90,23 @@ def test_states_on_random_curves(benchmark):
         branches, side = begun.branches, np.ones(RANDOM_CURVES)
         first = branches, begun.states, side
         followed = follow(*first, Contact.POINT, has_locked, CLOSENESS[0].longest)
-        ends = zip(np.flatnonzero(followed.first), np.flatnonzero(followed.last), strict=True)
-        sections = [Section(start, stop, True, X0) for start, stop in ends]
-        parts = cut(branches, followed, side, sections)
-        guess = guessed(parts, sections, branches, followed.knots, FEW)
-        unknowns = guess.reshape(-1, guess.shape[2])
-        line = np.zeros(len(unknowns), dtype=bool)
-        path = RodStates(rods=np.tile(rods, (FEW, 1)), unknowns=unknowns, line=line)
-        few = solve(path.on_nodes(NODES), parts.closing_at(chebyshev_nodes(FEW)))
-        more = interpolation(FEW, chebyshev_nodes(ENOUGH))
-        path = along(more, few.states)
-        path = solve(path, parts.closing_at(chebyshev_nodes(ENOUGH))).states
-        found = along(interpolation(ENOUGH, position), path)
+        parts = cut(branches, followed, side)
+        guess = guessed(parts, branches, followed.knots, FEW)
+        path = PathStates(parts=parts, unknowns=guess).on_nodes(NODES)
+        for count in (FEW, ENOUGH):
+            path, closing = (
+                path.at(chebyshev_nodes(count)),
+                parts.closing_at(chebyshev_nodes(count)),
+            )
+            solved = solve(path.states, closing).states.unknowns
+            path = replace(path, unknowns=solved.reshape(path.unknowns.shape))
+        found = path.at(position).states
         return branches, parts, found, largest_residual(found, parts.closing_at(position))
 
     branches, parts, found, residual = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
     good = residual <= 1e-12
     at = 120
-    force = np.hypot(found.fx, found.fy).reshape(STATES, -1)[at]
+    force = np.hypot(found.fx, found.fy).reshape(-1, STATES)[:, at]
     offset = branches.x1_init - position[at] * parts.length
     expected = [solve_state(*pair).f for pair in zip(theta, eta, offset, strict=True)]
     note(benchmark, int(good.sum()), force, expected)

@@ -22,7 +22,7 @@ from vibrissa.sticking.curve import StickingCurve, failed_curve
 from vibrissa.sticking.piece import CONTACT_SLACK, NO_PIECES, Pieces
 from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.branches import Branches
-from vibrissa.sticking.solving.cutting import cut, exact_ends, guessed, sections_of
+from vibrissa.sticking.solving.cutting import cut, exact_ends, guessed
 from vibrissa.sticking.solving.finishing import NOTHING, Finished, finished
 from vibrissa.sticking.solving.following import (
     CLOSENESS,
@@ -33,7 +33,12 @@ from vibrissa.sticking.solving.following import (
     between,
     follow,
 )
-from vibrissa.sticking.solving.refinement import NOT_RESOLVED, STATES_ALONG_PART, resolve
+from vibrissa.sticking.solving.refinement import (
+    NOT_RESOLVED,
+    STATES_ALONG_PART,
+    PathStates,
+    resolve,
+)
 
 METHOD = Solver.COLLOCATION
 # Paths that are solved together: more share the overhead of each call, fewer stay in the
@@ -254,8 +259,7 @@ def _resolved(
     branches: Branches, followed: Followed, side: FloatArray, *, round_rods: bool, ideal: bool
 ) -> tuple[list[Finished], BoolArray]:
     """Resolve the parts of each path, in the order of x0, up to a failure; True without one."""
-    knots, sections = followed.knots, sections_of(followed, side)
-    parts = cut(branches, followed, side, sections)
+    knots, parts = followed.knots, cut(branches, followed, side)
     if round_rods and ideal:
         # In tip contact the clamp passes under the contact point where the offset is zero: nothing
         # counts behind.
@@ -263,22 +267,22 @@ def _resolved(
         tip = parts.by_x0 & ~parts.line & (side[parts.branch] > 0.0)
         parts.length[tip] = np.minimum(parts.length, under)[tip]
     known = parts.take(np.flatnonzero(parts.length > 0.0))
-    guess = guessed(known, sections, branches, knots, STATES_ALONG_PART[0])
+    guess = PathStates(parts=known, unknowns=guessed(known, branches, knots, STATES_ALONG_PART[0]))
     solved = (
-        finished(one, branches, side, round_rods=round_rods, ideal=ideal)
-        for one in resolve(known, branches.rods, guess)
+        finished(one, branches, side, round_rods=round_rods, ideal=ideal) for one in resolve(guess)
     )
     found = Finished.concatenate([NOTHING, *solved])
     length = found.pieces.stop - found.pieces.start
-    covered = np.bincount(found.section, length, len(parts))
+    covered = np.bincount(found.knot, length, len(knots))[parts.first]
     complete = covered > parts.length * (1.0 - 1e-9)
-    whole, counts = np.ones(len(side), dtype=bool), np.zeros(len(parts), dtype=bool)
-    for number, branch in enumerate(parts.branch.tolist()):
-        whole[branch] &= complete[number]
-        counts[number] = whole[branch]
+    # A path counts up to the first part that could not be resolved.
+    whole, counts = np.ones(len(side), dtype=bool), np.zeros(len(knots), dtype=bool)
+    for knot, branch, known in zip(parts.first, parts.branch, complete, strict=True):
+        whole[branch] &= known
+        counts[knot] = whole[branch]
     paths = []
     for branch in range(len(side)):
-        rows = np.flatnonzero((counts & (parts.branch == branch))[found.section])
+        rows = np.flatnonzero(counts[found.knot] & (knots.branch[found.knot] == branch))
         rows = rows[np.argsort(found.pieces.first_x0[rows])]
         paths.append(found.take(rows))
     return paths, whole

@@ -57,38 +57,32 @@ class Parts(Batch):
 
     Attributes
     ----------
+    first, last : ndarray of int, shape (n,)
+        Knots at both ends.
     start, length : ndarray, shape (n,)
         First value of the parameter, and length of the part (x0 in L).
-    weights, shift : ndarray, shape (n, 5) and (n,)
-        The parameter is weights·(offset, fx, fy, s_c, φ1) + shift.
-    height, tilt : ndarray, shape (n,)
-        Of E2.
+    closing : ClosingCondition
+        E2, and E3 where the parameter is zero.
     """
 
-    section: IntArray
+    first: IntArray
+    last: IntArray
     branch: IntArray
+    rods: FloatArray
     by_x0: BoolArray
     line: BoolArray
     start: FloatArray
     length: FloatArray
-    weights: FloatArray
-    shift: FloatArray
-    height: FloatArray
-    tilt: FloatArray
+    closing: ClosingCondition
 
     def closing_at(self, position: FloatArray) -> ClosingCondition:
-        """Return the conditions at fractions of the parts, ordered by place, then by part."""
-        value = self.start - self.shift + position[:, None] * self.length
-        count = len(position)
-        return ClosingCondition(
-            height=np.tile(self.height, count),
-            tilt=np.tile(self.tilt, count),
-            weights=np.tile(self.weights, (count, 1)),
-            value=value.ravel(),
-        )
+        """Conditions at fractions of the parts, one part after the other."""
+        closing = self.closing.take(np.repeat(np.arange(len(self)), len(position)))
+        closing.value[:] += (self.start[:, None] + self.length[:, None] * position).ravel()
+        return closing
 
 
-def sections_of(followed: Followed, side: FloatArray) -> list[Section]:
+def _sections(followed: Followed, side: FloatArray) -> list[Section]:
     """Cut paths into sections that have one parameter each, in the order of the knots."""
     knots, sections = followed.knots, []
     begins = np.append(np.flatnonzero(knots.step == 0.0), len(knots))
@@ -155,43 +149,46 @@ def exact_ends(guess: RodStates, closing: ClosingCondition) -> FloatArray:
     return found
 
 
-def cut(branches: Branches, followed: Followed, side: FloatArray, sections: list[Section]) -> Parts:
+def cut(branches: Branches, followed: Followed, side: FloatArray) -> Parts:
     """Cut paths, with exact `x1_init`, into smooth parts; NaN where an end is not resolved."""
-    knots = followed.knots
+    knots, sections = followed.knots, _sections(followed, side)
     first, last = (np.array([s[i] for s in sections], dtype=np.int64) for i in (0, 1))
     by_x0 = np.array([s.by_x0 for s in sections], dtype=bool)
     direction = np.array([s.direction for s in sections]).reshape(-1, 4)
-    quantities = _exact_knots(branches, followed, sections)
     branch = knots.branch[first]
     some = branches.take(branch)
-    weights, shift = some.weights(direction), np.zeros(len(sections))
+    closing = some.along(direction, np.zeros(len(first)))
     # The displacement itself, not the way along it.
-    weights[by_x0] = 0.0
-    weights[by_x0, OFFSET] = -(side[branch] / some.cos)[by_x0]
-    shift[by_x0] = (side[branch] * some.x1_init / some.cos)[by_x0]
-    start, stop = (np.vecdot(weights[:, :4], quantities[at]) + shift for at in (first, last))
+    ahead = side[branch] / some.cos
+    closing.weights[by_x0] = 0.0
+    closing.weights[by_x0, OFFSET] = -ahead[by_x0]
+    closing.value[by_x0] = -(ahead * some.x1_init)[by_x0]
+    quantities = _exact_knots(branches, followed, first, last, by_x0)
+    weights = closing.weights[:, :4]
+    start, stop = (np.vecdot(weights, quantities[at]) - closing.value for at in (first, last))
     start[by_x0 & followed.first[first]] = 0.0
     return Parts(
-        section=np.arange(len(sections)),
+        first=first,
+        last=last,
         branch=branch,
+        rods=some.rods,
         by_x0=by_x0,
         line=knots.states.line[first],
         start=start,
         length=stop - start,
-        weights=weights,
-        shift=shift,
-        height=some.closing(weights, shift).height,
-        tilt=some.tilt,
+        closing=closing,
     )
 
 
-def _exact_knots(branches: Branches, followed: Followed, sections: list[Section]) -> FloatArray:
+def _exact_knots(
+    branches: Branches, followed: Followed, first: IntArray, last: IntArray, by_x0: BoolArray
+) -> FloatArray:
     """Offset, fx, fy and s_c of all knots, exact where sections meet, shape (knots, 4)."""
     knots = followed.knots
     quantities = end_quantities(knots.states)
     # The displacement begins with 0, and the last knots lie beyond the ends of the paths.
-    known = followed.first & np.isin(np.arange(len(knots)), [s.first for s in sections if s.by_x0])
-    rows = np.unique([at for s in sections for at in (s.first, s.last)]).astype(np.int64)
+    known = followed.first & np.isin(np.arange(len(knots)), first[by_x0])
+    rows = np.union1d(first, last)
     rows = rows[~followed.last[rows] & ~known[rows]]
     some, chosen = branches.take(knots.branch[rows]), knots.take(rows)
     upright, switch = followed.first[rows], followed.kinks[rows]
@@ -205,24 +202,18 @@ def _exact_knots(branches: Branches, followed: Followed, sections: list[Section]
     return quantities
 
 
-def guessed(
-    parts: Parts, sections: list[Section], branches: Branches, knots: Knots, count: int
-) -> FloatArray:
-    """Guess unknowns at Chebyshev points of parts, shape (count, n, nodes + 3)."""
-    position = chebyshev_nodes(count)
-    guess = np.empty((count, len(parts), knots.states.unknowns.shape[1]))
-    quantities = end_quantities(knots.states)
-    units = branches.units
-    for k, number in enumerate(parts.section.tolist()):
-        i, j = sections[number][:2]
-        weights, branch = parts.weights[k, :4], parts.branch[k]
-        value = quantities[i : j + 1] @ weights + parts.shift[k]
-        slope = (knots.direction[i : j + 1] / units[branch]) @ weights
-        target = parts.start[k] + position * parts.length[k]
-        low = np.clip(np.searchsorted(value, target) - 1, 0, j - i - 1)
+def guessed(parts: Parts, branches: Branches, knots: Knots, count: int) -> FloatArray:
+    """Guess unknowns at Chebyshev points of parts, shape (n, count, nodes + 3)."""
+    guess = np.empty((len(parts), count, knots.states.unknowns.shape[1]))
+    quantities, units = end_quantities(knots.states), branches.units[knots.branch]
+    target = parts.start[:, None] + chebyshev_nodes(count) * parts.length[:, None]
+    for row, (first, last) in enumerate(zip(parts.first, parts.last, strict=True)):
+        some, weights = slice(first, last + 1), parts.closing.weights[row, :4]
+        value = quantities[some] @ weights - parts.closing.value[row]
+        slope = (knots.direction[some] / units[some]) @ weights
+        low = np.clip(np.searchsorted(value, target[row]) - 1, 0, last - first - 1)
         high, step = low + 1, value[low + 1] - value[low]
-        unknowns = knots.states.unknowns[i : j + 1]
-        change = knots.change[i : j + 1] / slope[:, None]
-        share = (target - value[low]) / step
-        guess[:, k] = hermite(share, step, unknowns[low], unknowns[high], change[low], change[high])
+        unknowns, change = knots.states.unknowns[some], knots.change[some] / slope[:, None]
+        share = (target[row] - value[low]) / step
+        guess[row] = hermite(share, step, unknowns[low], unknowns[high], change[low], change[high])
     return guess

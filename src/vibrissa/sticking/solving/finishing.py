@@ -8,7 +8,6 @@ import numpy as np
 from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.stability import stability
-from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import (
@@ -21,7 +20,7 @@ from vibrissa.numerics.spectral import (
 from vibrissa.sticking.assembly import ShapeLimits
 from vibrissa.sticking.piece import NO_PIECES, STATES, Pieces, StickingState, rounded_contact
 from vibrissa.sticking.solving.branches import Branches
-from vibrissa.sticking.solving.refinement import Resolved, along
+from vibrissa.sticking.solving.refinement import PathStates, Resolved
 
 # Accuracy with which the end of the admissible shapes is located, relative to a part.
 LIMIT_TOLERANCE = 1e-11
@@ -40,16 +39,16 @@ BUCKLING_WIDTHS = (1e-4, 1e-7)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Finished(Batch):
-    """Resolved parts of sections, and where they end because of their shapes."""
+    """Resolved parts, or halves of them, that begin at knots, and where their shapes end them."""
 
-    section: IntArray
+    knot: IntArray
     pieces: Pieces
     limits: ShapeLimits
     residual: FloatArray
 
 
 NOTHING = Finished(
-    section=np.empty(0, dtype=np.int64),
+    knot=np.empty(0, dtype=np.int64),
     pieces=NO_PIECES,
     limits=ShapeLimits.unknown(0),
     residual=np.empty(0),
@@ -60,7 +59,7 @@ def finished(
     found: Resolved, branches: Branches, side: FloatArray, *, round_rods: bool, ideal: bool
 ) -> Finished:
     """Add to resolved parts their stability and how far their shapes are admissible."""
-    parts = found.parts
+    parts = found.path.parts
     pieces = _pieces(found, branches, side, round_rods)
     limits = ShapeLimits(
         out_of_reach=np.full(len(parts), np.nan),
@@ -68,50 +67,47 @@ def finished(
         reason=np.full(len(parts), "", dtype=object),
     )
     position = chebyshev_nodes(STATES_LOOKED_AT)
-    nearest = _looked_at(found, position).smallest
+    nearest = _looked_at(found, position).smallest.min(axis=1)
     for row in range(len(parts)):
         level = np.empty(0)
-        if found.path.curvature.shape[1] and not parts.line[row]:
-            level = _level(found.loads[:, row, 4])
-        if len(level) or nearest[:, row].min() < CLOSE:
-            share, how = _limit(found.take(np.array([row])), np.union1d(position, level))
+        if parts.rods.shape[1] > 3 and not parts.line[row]:
+            level = _level(found.loads[row, :, 4])
+        if len(level) or nearest[row] < CLOSE:
+            share, how = _limit(found.take([row]), np.union1d(position, level))
             limits.out_of_reach[row] = parts.start[row] + share * parts.length[row]
             limits.reason[row] = how
     if round_rods and not ideal:
-        limits.swings_aside[:] = _buckling(found, pieces)
+        limits.swings_aside[:] = _buckling(found.path, pieces)
     # In the order of x0: Chebyshev points are so, too, from the other end.
     back = np.flatnonzero(side[parts.branch] < 0.0)
     turned = pieces.take(back)
     backwards = turned.states.take((slice(None), slice(None, None, -1)))
     pieces.put(back, replace(turned, start=-turned.stop, stop=-turned.start, states=backwards))
-    return Finished(section=parts.section, pieces=pieces, limits=limits, residual=found.residual)
+    return Finished(knot=parts.first, pieces=pieces, limits=limits, residual=found.residual)
 
 
 def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: bool) -> Pieces:
     """States of parts at Chebyshev points, in the direction in which they were followed."""
-    parts, places = found.parts, chebyshev_nodes(STATES)
-    few = (found.count + 1) // 2
-    margins = _margins(found.at(chebyshev_nodes(few)), len(parts), round_rods)
-    to_states, from_few = (interpolation(count, places) for count in (found.count, few))
-    to_states[[0, -1]] = np.eye(found.count)[[0, -1]]
-    offset, fx, fy, moment, phi1, s_c = (to_states @ one for one in np.moveaxis(found.loads, -1, 0))
-    at = parts.start + places[:, None] * parts.length
-    x0 = branches.take(parts.branch).displacement(offset)
+    parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES)
+    to_states = interpolation(count, places)
+    to_states[[0, -1]] = np.eye(count)[[0, -1]]
+    offset, fx, fy, moment, phi1, s_c = np.moveaxis(to_states @ found.loads, -1, 0)
+    at = parts.start[:, None] + places * parts.length[:, None]
+    way, x1_init, cos = (
+        values[parts.branch, None] for values in (side, branches.x1_init, branches.cos)
+    )
     states = StickingState(
-        x0=np.where(parts.by_x0, side[parts.branch] * at, x0),
+        x0=np.where(parts.by_x0[:, None], way * at, (x1_init - offset) / cos),
         reaction_fx=fx,
         reaction_fy=fy,
         reaction_m=moment,
         phi1=phi1,
         s_c=rounded_contact(s_c),
-        **{name: from_few @ values for name, values in margins.items()},
+        **_margins(found.path, places, round_rods),
     )
+    stop = parts.start + parts.length
     return Pieces(
-        line=parts.line,
-        by_x0=parts.by_x0,
-        start=parts.start,
-        stop=parts.start + parts.length,
-        states=states.each(np.transpose),
+        line=parts.line, by_x0=parts.by_x0, start=parts.start, stop=stop, states=states
     ).copy()
 
 
@@ -125,35 +121,41 @@ def _level(phi1: FloatArray) -> FloatArray:
     return np.union1d(chebyshev_roots(series), extremes)
 
 
-def _margins(states: RodStates, number: int, round_rods: bool) -> dict[str, FloatArray]:
-    """Margins of stability of states along parts, each of shape (places, parts)."""
+def _margins(path: PathStates, places: FloatArray, round_rods: bool) -> dict[str, FloatArray]:
+    """Margins of stability of parts at fractions of their length, from half as many states."""
+    count = (path.count + 1) // 2
+    states = path.at(chebyshev_nodes(count)).states
     few = states.on_nodes(max(round(STABILITY_NODES * states.nodes), FEWEST_STABILITY_NODES))
     aside = stability_aside(few) if round_rods else np.full(len(few), np.nan)
-    margins = {"stability": stability(few), "stability_aside": aside}
-    return {name: values.reshape(-1, number) for name, values in margins.items()}
+    margins, to_places = (
+        {"stability": stability(few), "stability_aside": aside},
+        interpolation(count, places),
+    )
+    return {name: values.reshape(-1, count) @ to_places.T for name, values in margins.items()}
 
 
-def _buckling(found: Resolved, pieces: Pieces) -> FloatArray:
+def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
     """Where rods buckle laterally, as values of the parameters; NaN if nowhere."""
     sampled, length = -pieces.samples.stability_aside, pieces.stop - pieces.start
     rows, none = np.arange(len(pieces)), np.zeros(len(pieces))
     at = pieces.first(rows, sampled, none, {"stability_aside": 1.0})
     for row in np.flatnonzero(np.isfinite(at) & (sampled[:, 0] < 0.0)):
-        alone = found.take(np.array([row]))
+        alone = path.take(np.array([row]))
         for width in BUCKLING_WIDTHS:
             places = at[row] + width * length[row] * np.array([-1.0, 1.0])
             shares = (places - pieces.start[row]) / length[row]
-            before, after = stability_aside(alone.at(shares))
+            before, after = stability_aside(alone.at(shares).states)
             at[row] = places[0] + before / (before - after) * (places[1] - places[0])
     return at
 
 
 def _looked_at(found: Resolved, at: FloatArray) -> Clearance:
-    """Clearances at fractions of parts, of shape (places, parts)."""
-    to_places, parts = interpolation(found.count, at), found.parts
-    height = parts.height + parts.tilt * (to_places @ found.loads[:, :, 0])
-    clearance = clearances(along(to_places, found.path), height.ravel())
-    return clearance.each(lambda values: values.reshape(len(at), -1))
+    """Clearances at fractions of parts, of shape (parts, places)."""
+    closing, offset = found.path.parts.closing, found.loads[:, :, 0]
+    offset = offset @ interpolation(found.path.count, at).T
+    height = closing.height[:, None] + closing.tilt[:, None] * offset
+    clearance = clearances(found.path.at(at).states, height.ravel())
+    return clearance.each(lambda values: values.reshape(height.shape))
 
 
 def _limit(found: Resolved, at: FloatArray) -> tuple[float, str]:
