@@ -1,8 +1,8 @@
 """Do the tests notice small faults? Cosmic Ray puts one at a time into a clone of the last commit.
 
 A mutant is one of those that validation/cosmic-ray.toml allows on a random line. It is tried with
-the tests that run this line and then with all others; those that no test noticed are shown. Exit
-status 1 if the tests fail without a fault, or notice fewer than 92 of 100.
+the tests that run this line, the quick ones first, and then with all others; those that no test
+noticed are shown. Exit status 1 if the tests fail without a fault, or notice fewer than 92 of 100.
 """
 
 import argparse
@@ -19,6 +19,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import pytest
 from cosmic_ray.work_db import WorkDB, use_db
 from cosmic_ray.work_item import TestOutcome, WorkItem, WorkResult
 from coverage import CoverageData
@@ -112,13 +113,16 @@ def tried(clone: Path, items: Sequence[WorkItem]) -> list[Tried]:
 
 
 def notice() -> int:
-    """Run in a clone: ask the tests that run the changed line or its file, and then all others."""
+    """Run in a clone: ask the tests that run the changed line or its file, the quick ones first."""
     tests = json.loads(Path(COVERING).read_text(encoding="utf-8"))
     path, line = next(changed(Path()))
     anywhere = sorted({test for names in tests.get(path, {}).values() for test in names})
     asked = tests.get(path, {}).get(str(line)) or anywhere
-    for names in filter(None, (asked, ["tests"])):
-        if status := subprocess.run([*PYTEST, "--hypothesis-seed=0", *names]).returncode:
+    others = [f"--deselect={test}" for test in asked]
+    quick, slow = ["-m", "not slow", *asked], ["-m", "slow", *asked]
+    for chosen in (quick, slow, [*others, "tests"]) if asked else (["tests"],):
+        status = subprocess.run([*PYTEST, "--hypothesis-seed=0", *chosen]).returncode
+        if status not in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
             return status
     return 0
 
