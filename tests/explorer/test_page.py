@@ -29,7 +29,7 @@ from vibrissa.explorer.page import (
     style,
 )
 from vibrissa.sensor import surfaces
-from vibrissa.sensor.simulation.slips import Slip, SlipLaw
+from vibrissa.sensor.simulation.tip import Slip, SlipLaw
 
 needs_chromium = [
     pytest.mark.skipif(

@@ -21,7 +21,7 @@ from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.simulation import tip
 from vibrissa.sensor.simulation.scanning import path, simulate
-from vibrissa.sensor.simulation.slips import SlipLaw
+from vibrissa.sensor.simulation.tip import SlipLaw
 
 RESPONSE = respond(2.0, 0.85)
 STAGE = path("0.0005", ["0.25", "0.1", "0.2"])

@@ -13,7 +13,7 @@ from vibrissa.outcomes import RodSection
 from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.response.branch import tabulated
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, TipSide, path, simulate
-from vibrissa.sensor.simulation.slips import Slip, SlipLaw
+from vibrissa.sensor.simulation.tip import Slip, SlipLaw
 from vibrissa.sticking.piece import NO_PIECES
 from vibrissa.sticking.stiction import read_curve
 

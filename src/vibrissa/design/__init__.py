@@ -6,7 +6,6 @@
 from vibrissa.design.candidate import Candidate
 from vibrissa.design.materials import MATERIALS, Material
 from vibrissa.design.requirements import Requirements
-from vibrissa.design.result import Design, DesignStatus
-from vibrissa.design.search import design
+from vibrissa.design.search import Design, DesignStatus, design
 
 __all__ = ["MATERIALS", "Candidate", "Design", "DesignStatus", "Material", "Requirements", "design"]

@@ -3,7 +3,7 @@
 Strains grow with the size of the rod as d0/L, forces as E·d0⁴/L², moments as E·d0⁴/L.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -66,16 +66,15 @@ def limits_of(r: Requirements, pair: Pair, diameter: ArrayLike, length: ArrayLik
     Constraints that allow everything are left out.
     """
     d, along = np.asarray(diameter), np.asarray(length)
-    force = r.rigidity * d**4 / along**2
-    found = [*_of_rod(r, pair, d, along, force), *_of_readings(r, pair, along, force)]
+    force = r.rigidity * d**4 / along**2  # E·I0/L² (N)
+    found = _limits(r, pair, d, along, {Kind.FORCE: force, Kind.MOMENT: force * along})
     return [limit for limit in found if limit.bound != (np.inf if limit.upper else 0.0)]
 
 
-def _of_rod(
-    r: Requirements, pair: Pair, d: FloatArray, length: FloatArray, force: FloatArray
+def _limits(
+    r: Requirements, pair: Pair, d: FloatArray, length: FloatArray, units: Mapping[Kind, FloatArray]
 ) -> Iterator[Limit]:
-    """Limits of the material and of the rod's shape; `force` is E·I0/L² (N)."""
-    theta, curve = pair.curve.theta, pair.curve
+    theta, curve, force = pair.curve.theta, pair.curve, units[Kind.FORCE]
     yield Limit("strain", pair.strain * d / length, r.material.yield_strain / r.safety)
     yield Limit("lock", np.asarray(curve.mu_lock), LOCK_FACTOR * r.mu0[-1], upper=False)
     yield Limit("tip", d / theta, r.tip, Kind.LENGTH, upper=False)
@@ -86,13 +85,6 @@ def _of_rod(
     if r.setup.contact is Contact.POINT:
         touch = np.nan_to_num(curve.x0_touch, nan=np.inf) / pair.longest
         yield Limit("touch", touch, BEFORE_TOUCH, upper=False)
-
-
-def _of_readings(
-    r: Requirements, pair: Pair, length: FloatArray, force: FloatArray
-) -> Iterator[Limit]:
-    """Constraints by the range of the transducer and by its noise."""
-    units = {Kind.FORCE: force, Kind.MOMENT: force * length}
     largest = np.abs(pair.reactions).max(axis=0)
     channels = zip(CHANNELS, CHANNEL_KINDS, largest, r.largest, strict=True)
     for name, kind, reaction, most in channels:

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from vibrissa.sensor.onset import WhiskerOnset as WhiskerOnset
     from vibrissa.sensor.onset import solve as solve
     from vibrissa.sensor.setup import Setup as Setup
+    from vibrissa.sensor.simulation.scanning import Signals as Signals
     from vibrissa.sensor.simulation.scanning import SurfaceScan as SurfaceScan
-    from vibrissa.sensor.simulation.signals import Signals as Signals
-    from vibrissa.sensor.simulation.signals import scan as scan
-    from vibrissa.sensor.simulation.slips import SlipLaw as SlipLaw
+    from vibrissa.sensor.simulation.scanning import scan as scan
+    from vibrissa.sensor.simulation.tip import SlipLaw as SlipLaw
     from vibrissa.sensor.surfaces import Surface as Surface
     from vibrissa.sensor.transducer import Transducer as Transducer
     from vibrissa.sensor.transducer import preset as preset
@@ -37,8 +37,8 @@ _HOMES = {
     "Periods": "identification.periods",
     "Recording": "identification.recording",
     "Setup": "setup",
-    "Signals": "simulation.signals",
-    "SlipLaw": "simulation.slips",
+    "Signals": "simulation.scanning",
+    "SlipLaw": "simulation.tip",
     "Surface": "surfaces",
     "SurfaceScan": "simulation.scanning",
     "Transducer": "transducer",
@@ -46,7 +46,7 @@ _HOMES = {
     "WhiskerOnset": "onset",
     "identify": "identification.identify",
     "preset": "transducer",
-    "scan": "simulation.signals",
+    "scan": "simulation.scanning",
     "solve": "onset",
 }
 

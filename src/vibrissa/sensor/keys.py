@@ -111,13 +111,11 @@ def read_keys(path: Path | str) -> dict[str, Any]:
     Raises
     ------
     ArgumentError
-        If it cannot be read as TOML; the message names the line.
+        If it is not written in TOML; the message names the line.
     """
     path = Path(path)
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ArgumentError(f"{path} cannot be read: {error.strerror}") from None
     except ValueError as error:  # no UTF-8, or no TOML
         raise ArgumentError(
             f"{path} is not written in TOML: {error}; write name = number, with a decimal point, "

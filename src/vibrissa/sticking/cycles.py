@@ -1,7 +1,7 @@
 """Stick-slip cycles: what a sensor sees while the clamp moves on and on.
 
 The tip sticks until the first step of the footpoint at which −tan α > μ0 and then slips, in the
-paper until α = 0; `vibrissa.sensor.simulation.slips` has other laws of slip.
+paper until α = 0; `vibrissa.sensor.simulation.tip` has other laws of slip.
 """
 
 from dataclasses import dataclass, replace

@@ -8,7 +8,7 @@ from steel import NOISE, measured, recording_of
 from vibrissa.sensor import Whisker, identify, surfaces
 from vibrissa.sensor.identification.periods import Check, Grade
 from vibrissa.sensor.simulation.scanning import path, simulate
-from vibrissa.sensor.simulation.slips import SlipLaw
+from vibrissa.sensor.simulation.tip import SlipLaw
 
 ROD = Whisker(theta=2.0, eta=0.85)
 

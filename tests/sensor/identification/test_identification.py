@@ -23,7 +23,7 @@ from vibrissa.sensor.identification.recording import (
 )
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
-from vibrissa.sensor.simulation.slips import SlipLaw
+from vibrissa.sensor.simulation.tip import SlipLaw
 
 
 @pytest.fixture(scope="module")
