@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import grimp
+import pyarrow as pa
 
 from vibrissa.design.materials import MATERIALS
 from vibrissa.sensor.quantities import Units
@@ -19,7 +20,7 @@ from vibrissa.study.claims import Claims
 from vibrissa.study.figures import FIGURE_KINDS, TABLES
 from vibrissa.study.schema import study_schema
 from vibrissa.tables import schemas
-from vibrissa.tables.frames import Entry, entries
+from vibrissa.tables.frames import spell_unit
 from vibrissa.wording import markdown_table
 
 DOCS = Path(__file__).parent
@@ -98,13 +99,16 @@ def claims() -> str:
     return markdown_table(("key", "what it is", "values that the data need"), rows)
 
 
-def column(entry: Entry, names: str = "") -> tuple[str, ...]:
+def column(field: pa.Field, names: str = "") -> tuple[str, ...]:
     """Row of a column: what it is stands second, its unit third."""
+    text = {key.decode(): value.decode() for key, value in field.metadata.items()}
     # The columns of both kinds of contact are one row.
-    description = entry.description.removesuffix(", in tip contact")
-    meaning = f"{description}; {entry.equation}" if entry.equation else description
-    values = entry.range if entry.type == "number" else f"{entry.type}: {entry.range}"
-    return names or f"`{entry.name}`", meaning, entry.unit, values.removesuffix(": "), entry.null
+    meaning = text["description"].removesuffix(", in tip contact")
+    meaning += f"; {text['equation']}" if text["equation"] else ""
+    kind = str(field.type).replace("list<item: ", "list of ").replace(">", "")
+    unit = spell_unit(text["unit"]) if "double" in kind else ""
+    values = text["range"] if kind == "double" else f"{kind}: {text['range']}"
+    return names or f"`{field.name}`", meaning, unit, values.removesuffix(": "), text["null"]
 
 
 def columns(table: str) -> str:
@@ -113,7 +117,7 @@ def columns(table: str) -> str:
     if table == "state":
         rows = [
             column(entry, ", ".join(f"`{entry.name}{suffix}`" for suffix in STATE_SUFFIXES))
-            for entry in entries(schemas.STATE)
+            for entry in schemas.STATE
         ]
         return markdown_table(head, rows)
     shared, state = schemas.DICTIONARY["shared"], schemas.DICTIONARY["state"]
@@ -122,13 +126,13 @@ def columns(table: str) -> str:
         found = {
             entry.name: entry
             for schema in schemas.TABLES.values()
-            for entry in entries(schema)
+            for entry in schema
             if entry.name in shared
         }
         return markdown_table(head, [column(found[name]) for name in shared])
     own = schemas.DICTIONARY[table]
     rows = []
-    for entry in entries(schemas.TABLES[table]):
+    for entry in schemas.TABLES[table]:
         if entry.name.endswith("_point"):
             both = f"`{entry.name}`, `{entry.name.removesuffix('_point')}_line`"
             rows.append(column(entry, both))

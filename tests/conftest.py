@@ -3,6 +3,7 @@ import os
 import shutil
 import signal
 
+import pyarrow as pa
 import pytest
 from hypothesis import settings
 
@@ -11,7 +12,7 @@ from runs import ROOT, TINY, Folder
 from vibrissa import solve_state
 from vibrissa.sticking import api
 from vibrissa.study.reading import read_study
-from vibrissa.tables import records, schemas, store
+from vibrissa.tables import records
 
 # What a shell starts in the background ignores Ctrl-C, and so would the programs that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -58,8 +59,8 @@ def study_tables(paper):
     grids = [made_tables.points(name, grid.axes) for name, grid in paper.grids.items()]
     scans = [made_tables.scans(name, scan) for name, scan in paper.scans.items()]
     return {
-        "stiction": store.joined(grids, schemas.STICTION),
-        "scans": store.joined(scans, schemas.SCANS),
+        "stiction": pa.concat_tables(grids),
+        "scans": pa.concat_tables(scans),
         "states": records.states_table(states, paper.name),
     }
 

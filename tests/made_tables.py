@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 
 import numpy as np
+import pyarrow as pa
 
 from vibrissa import stick_slip
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.study.chunks import number_of_points, points_of
-from vibrissa.tables import records, schemas, store
+from vibrissa.tables import records
 from vibrissa.tables.points import points_table
 from vibrissa.tables.rods import rods_of, solve
 
@@ -30,7 +31,7 @@ def points(name, axes: Mapping, study="paper", curves=None, **solver):
 def scans(name, section, study="paper"):
     """Table of a set of scans."""
     points = points_of(section.axes)
-    return store.joined(
+    return pa.concat_tables(
         [
             records.scan_table(
                 name,
@@ -41,5 +42,4 @@ def scans(name, section, study="paper"):
             )
             for point, curve in zip(points, solve(points, **SOLVER), strict=True)
         ],
-        schemas.SCANS,
     )

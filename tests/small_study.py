@@ -3,10 +3,12 @@
 from decimal import Decimal
 from functools import cache
 
+import pyarrow as pa
+
 from made_tables import grid, points
 from vibrissa import Mounting, solve_curve, solve_state, stick_slip
 from vibrissa.sticking.curve import failed_curve
-from vibrissa.tables import records, schemas, store
+from vibrissa.tables import records
 
 MU0 = (0.2, 0.3, 0.45, 0.9)
 FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luck")
@@ -29,7 +31,7 @@ def stiction():
         points(name, grid(thetas, MU0, dx0=(0.01,)), "small", [curves()[theta] for theta in thetas])
         for name, thetas in {"main": (1.0, 3.0, 9.0), "more": (3.0,)}.items()
     ]
-    return store.joined(parts, schemas.STICTION)
+    return pa.concat_tables(parts)
 
 
 @cache
@@ -41,7 +43,7 @@ def scans():
         curve = curves()[theta]
         scan = stick_slip(curve, mu0, Decimal(step), 2, 5, "line" if theta == 3 else "point")
         parts.append(records.scan_table("runs", point, scan, study="small", method=curve.method))
-    return store.joined(parts, schemas.SCANS)
+    return pa.concat_tables(parts)
 
 
 @cache

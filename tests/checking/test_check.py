@@ -19,7 +19,7 @@ from vibrissa.checking.reference import bless, compare_folders
 from vibrissa.checking.tolerances import Tolerance, read_layouts
 from vibrissa.errors import ComparisonError
 from vibrissa.study.reading import read_study
-from vibrissa.tables import schemas, store
+from vibrissa.tables import store
 
 ROOT = Path(__file__).parents[2]
 LAYOUTS = read_layouts(ROOT / "workflow/regression.yaml")
@@ -77,7 +77,7 @@ def test_what_was_blessed_is_unchanged(blessed):
 
 def test_two_clamp_angles_are_two_rows_and_a_point_of_two_grids_has_two(tmp_path):
     parts = [made_tables.points(name, AXES) for name in ("g", "h")]
-    results = with_results(tmp_path, "b", store.joined(parts, schemas.STICTION))
+    results = with_results(tmp_path, "b", pa.concat_tables(parts))
     found = condensed(results)
     assert (len(found["stiction"]), len(found["curves"])) == (8, 2)
     bless(results, tmp_path / "r", LAYOUTS)
@@ -137,7 +137,7 @@ def test_rows_and_tables_that_come_and_go_are_told(tmp_path, blessed, stiction):
     states = small_study.states()
     more = with_results(tmp_path, "more", stiction, states=states)
     assert told((more, folder)) == [f"states: a new table of {len(states)} rows"]
-    twice = store.joined([stiction, stiction.slice(0, 1)], schemas.STICTION)
+    twice = pa.concat_tables([stiction, stiction.slice(0, 1)])
     assert (
         "1 row twice in the results: grid g"
         in told((with_results(tmp_path, "twice", twice), folder))[0]
@@ -175,7 +175,7 @@ def test_proofs_refute_numbers_and_agree_with_others(tmp_path, blessed, stiction
     head = "table,eta,theta,mu0,dx0,state,scan,cycle,quantity,midpoint,radius,on_path,note\n"
     line = "stiction,0.85,2,0.2,0.001,,,,x0_slip,{!r},1e-30,yes,\n"
     parts = [made_tables.points(name, made_tables.grid()) for name in ("g", "h")]
-    both = with_results(tmp_path, "both", store.joined(parts, schemas.STICTION))
+    both = with_results(tmp_path, "both", pa.concat_tables(parts))
     for value, refuted in ((true, 0), (true + 1e-6, 2)):
         (folder / "enclosures.csv").write_text(head + line.format(value))
         found = compare_folders(both, folder, LAYOUTS)

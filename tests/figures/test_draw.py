@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from matplotlib.colors import to_hex
 
@@ -15,7 +16,7 @@ from vibrissa.figures.draw import KINDS, draw
 from vibrissa.figures.regimes import REGIMES
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
-from vibrissa.tables import records, schemas, store
+from vibrissa.tables import records
 
 MU0 = (0.2, 0.3, 0.4, 0.9)
 FAILED = failed_curve(theta=2.0, eta=0.05, method="collocation", message="no luck")
@@ -30,7 +31,7 @@ def points_table(grids, curves):
         made_tables.points(name, axes, "a", [curves[theta] for theta in axes["theta"]])
         for name, axes in grids.items()
     ]
-    table = store.joined(parts, schemas.STICTION)
+    table = pa.concat_tables(parts)
     # Rows in no order that a figure could rely on
     return table.take(np.random.default_rng(1).permutation(len(table)))
 
@@ -55,7 +56,7 @@ def points():
 @cache
 def scans():
     made = [scan_table(curve_of(theta), theta, mu0) for theta in (2.0, 3.0) for mu0 in (0.3, 0.9)]
-    return store.joined([*made, scan_table(FAILED, 1.0, 0.3)], schemas.SCANS)
+    return pa.concat_tables([*made, scan_table(FAILED, 1.0, 0.3)])
 
 
 def rows(table, **values):
@@ -242,7 +243,7 @@ def plane():
             curve = solve_curve(float(theta), float(eta), contact="line")
             axes = grid(theta=(theta,), mu0=(0.1, 0.4, 0.6), eta=(eta,))
             parts.append(points_table({"plane": axes}, {theta: curve}))
-    return store.joined(parts, schemas.STICTION)
+    return pa.concat_tables(parts)
 
 
 def test_locking_figure_shows_a_curve_for_each_height():

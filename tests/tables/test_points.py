@@ -9,12 +9,12 @@ from vibrissa import solve_curve
 from vibrissa.errors import DamagedTableError
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.sticking.curve import failed_curve
-from vibrissa.study.chunks import ROW_ORDER, columns_at, number_of_points
-from vibrissa.tables import store
-from vibrissa.tables.points import chunk_rows
+from vibrissa.study.chunks import ROW_ORDER, Chunk, columns_at, number_of_points
+from vibrissa.tables import query, store
 from vibrissa.tables.rods import rods_of
 from vibrissa.tables.schemas import STICTION
 
+SOLVER = {"method": "collocation"}
 FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luck; try less")
 
 
@@ -101,32 +101,38 @@ def test_both_methods_find_the_same():
 @pytest.fixture
 def chunk(tmp_path, axes, table):
     path = tmp_path / "chunk.parquet"
-    store.write(table, path, "solver")
+    store.write(table, path, Chunk(grid="g", axes=axes).part(SOLVER))
     return path
 
 
+def rows_of(path, grid, axes, solver):
+    part = Chunk(grid=grid, axes=axes).part(solver)
+    return query.parts(query.opened(path, STICTION, part), STICTION.names)
+
+
 def test_the_file_of_a_chunk_is_read_as_it_was_written(chunk, axes, table):
-    assert pa.concat_tables(chunk_rows(chunk, "g", axes, "solver")).equals(table)
+    assert pa.concat_tables(rows_of(chunk, "g", axes, SOLVER)).equals(table)
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"mu0": (0.2, 0.4)}, "has 12 rows where the grid has 8 points"),
-        ({"mu0": (0.2, 0.4, 5.0)}, "has other points than the study file"),
-        ({"theta": (1.0, 2.5)}, "has other points"),
-        ({"curvature": (-0.1,)}, "has other points"),
-        ({"curvature": ((0.0, 1.0),)}, "has other points"),
-        ({"grid": "h"}, "has other points"),
-        ({"solver": "another"}, "does not answer this study file (it has 'solver')"),
+        ({"mu0": (0.2, 0.4)}, "mu0: 0.2; 0.4; 3"),
+        ({"mu0": (0.2, 0.4, 5.0)}, "mu0: 0.2; 0.4; 3"),
+        ({"theta": (1.0, 2.5)}, "theta: 1; 2"),
+        ({"curvature": (-0.1,)}, "curvature: 0"),
+        ({"curvature": ((0.0, 1.0),)}, "curvature: 0"),
+        ({"grid": "h"}, "grid: g"),
+        ({"solver": {"method": "another"}}, "method: collocation"),
     ],
 )
 def test_a_chunk_of_another_study_file_is_refused(chunk, axes, change, words):
     wanted = axes | {key: value for key, value in change.items() if key in axes}
-    grid, solver = change.get("grid", "g"), change.get("solver", "solver")
+    grid, solver = change.get("grid", "g"), change.get("solver", SOLVER)
     with pytest.raises(DamagedTableError) as error:
-        list(chunk_rows(chunk, grid, wanted, solver))
-    assert words in str(error.value) and error.value.path == chunk
+        list(rows_of(chunk, grid, wanted, solver))
+    assert f"does not answer this study file (it has '{words}')" in str(error.value)
+    assert error.value.path == chunk
 
 
 @pytest.mark.parametrize("place", [100, -200, -3000])
@@ -135,7 +141,7 @@ def test_a_damaged_chunk_is_refused(chunk, axes, place):
     data[place] ^= 1
     chunk.write_bytes(data)
     with pytest.raises(DamagedTableError, match="delete it and run again"):
-        parts = list(chunk_rows(chunk, "g", axes, "solver"))
+        parts = list(rows_of(chunk, "g", axes, SOLVER))
         # A byte that means nothing may be anything.
         assert pa.concat_tables(parts).equals(store.read(chunk, STICTION))
         raise DamagedTableError(chunk, "is not damaged")

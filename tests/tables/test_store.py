@@ -16,7 +16,6 @@ from vibrissa.provenance import commit
 from vibrissa.sticking.comparison import compare
 from vibrissa.tables import records, schemas, store
 from vibrissa.tables.counts import counts_by_status, need_results, sentence
-from vibrissa.tables.frames import entries
 from vibrissa.tables.schemas import STICTION
 
 ENDS = {"−∞": -np.inf, "−π": -np.pi, "−π/2": -np.pi / 2, "0": 0, "1": 1}
@@ -41,7 +40,6 @@ def test_every_column_has_a_unit_and_a_description(kind):
         assert column.metadata[schemas.UNIT].decode() in UNITS
         assert len(column.metadata[schemas.DESCRIPTION]) > 5
         assert column.nullable == bool(column.metadata[schemas.NULL])
-    assert [entry.name for entry in entries(schemas.TABLES[kind])] == schemas.TABLES[kind].names
 
 
 @pytest.mark.parametrize("kind", ["stiction", "scans", "states", "comparisons"])
@@ -142,7 +140,7 @@ def test_an_empty_place_where_none_may_be_is_refused(tables, path):
     table = tables["stiction"]
     place = table.schema.get_field_index("eta")
     gap = table.set_column(place, STICTION.field("eta"), pa.nulls(len(table), pa.float64()))
-    with pytest.raises(TableError, match="column eta must not be empty anywhere"):
+    with pytest.raises(pa.ArrowInvalid, match="'eta' is declared non-nullable"):
         store.write(gap, path)
     assert not path.exists() and not list(path.parent.iterdir())
 
@@ -163,10 +161,9 @@ def test_a_failed_write_leaves_the_old_table(tables, path):
 def test_long_tables_are_written_in_row_groups(path):
     axes = made_tables.grid(mu0=tuple(0.1 + i * 1e-6 for i in range(40_000)))
     table = made_tables.points("g", axes)
-    store.write_parts([table.slice(0, 7), table.slice(7)], STICTION, path, rows=len(table))
+    store.write_parts([table.slice(0, 7), table.slice(7)], STICTION, path)
     assert pq.read_metadata(path).num_row_groups == 3
     assert store.read(path, STICTION).equals(table)
-    assert store.row_group_size(10_000_000) > store.row_group_size(10) == store.LEAST_ROW_GROUP
 
 
 def test_rows_are_counted_by_status(tables):

@@ -19,6 +19,7 @@ rule chunk:
         grid=lambda wildcards: STUDY.chunks[wildcards.chunk].grid,
         axes=lambda wildcards: STUDY.chunks[wildcards.chunk].axes,
         solver=SOLVER,
+        part=lambda wildcards: STUDY.chunks[wildcards.chunk].part(SOLVER),
         code=SOLVING_CODE,
     message:
         "solving {wildcards.chunk}"
@@ -40,8 +41,7 @@ rule stiction:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
-        chunks=[(chunk.grid, chunk.axes) for chunk in STUDY.chunks.values()],
-        solver=SOLVER,
+        chunk_parts=[chunk.part(SOLVER) for chunk in STUDY.chunks.values()],
         study_part=STUDY.part("stiction"),
         code=SOLVING_CODE,
     message:

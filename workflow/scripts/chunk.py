@@ -1,7 +1,5 @@
 """Solve the rods of one chunk and read its grid points off their equilibrium paths."""
 
-import yaml
-
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.pipeline import jobs
 from vibrissa.tables import schemas, store
@@ -17,4 +15,4 @@ with jobs.logged(snakemake.log[0]):
         contact=Contact(params.solver["contact"]),
         section=RodSection(params.solver["section"]),
     )
-    store.write_parts(parts, schemas.STICTION, snakemake.output[0], yaml.safe_dump(params.solver))
+    store.write_parts(parts, schemas.STICTION, snakemake.output[0], params.part)

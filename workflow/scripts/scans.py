@@ -22,9 +22,5 @@ def tables(params):
 
 
 with jobs.logged(snakemake.log[0]):
-    store.write_parts(
-        tables(snakemake.params),
-        schemas.SCANS,
-        snakemake.output[0],
-        study_part=snakemake.params.study_part,
-    )
+    params = snakemake.params
+    store.write_parts(tables(params), schemas.SCANS, snakemake.output[0], params.study_part)

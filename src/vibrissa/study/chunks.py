@@ -38,6 +38,12 @@ class Chunk:
         first = {axis: spell_value(self.axes[axis][0]) for axis in ("theta", "eta", *mounted)}
         return f"{self.grid}/{'_'.join(axis + value for axis, value in first.items())}"
 
+    def part(self, solver: Mapping[str, str]) -> str:
+        """All that determines the rows of the chunk, as text for the metadata of its file."""
+        values = {axis: "; ".join(map(spell_value, self.axes[axis])) for axis in self.axes}
+        lines = {"grid": self.grid, **values, **solver}
+        return "".join(f"{key}: {value}\n" for key, value in lines.items())
+
     def minutes(self, by_step: bool) -> int:
         """Minutes to request from a cluster; `by_step`: shooting solves every step."""
         rods = number_of_rods(self.axes)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from vibrissa.errors import TableError
 from vibrissa.outcomes import Status
-from vibrissa.tables import query, store
+from vibrissa.tables import query
 from vibrissa.tables.schemas import CURVATURE_POWERS, MOUNTING, POINT
 from vibrissa.wording import counted
 
@@ -20,16 +20,15 @@ _NOUNS = {
 
 def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[str]]:
     """Count grid points, scans, states and comparisons by their status."""
-    counts: dict[str, Counter[str]] = {}
-    for name, table in tables.items():
+    counts: dict[str, Counter[str]] = {name: Counter() for name in tables if name in _NOUNS}
+    for name, total in counts.items():
         if name == "scans":
-            scans = query.frame(table, _SCAN).drop_duplicates()
-            counts[name] = Counter(scans["status"])
-        elif name == "comparisons":
-            rows = query.frame(table, ["status_point", "status_line"])
-            counts[name] = Counter(rows.to_numpy().ravel())
-        elif name in _NOUNS:
-            counts[name] = store.status_counts(query.parts(table, ["status"]))
+            total.update(query.frame(tables[name], _SCAN).drop_duplicates()["status"])
+            continue
+        statuses = [column for column in tables[name].schema.names if column.startswith("status")]
+        for part in query.parts(tables[name], statuses):
+            for column in statuses:
+                total.update(part.column(column).to_pandas().value_counts().to_dict())
     return counts
 
 

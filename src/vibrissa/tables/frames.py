@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,45 +13,6 @@ from vibrissa.tables import schemas, store
 
 if TYPE_CHECKING:
     import pandas as pd
-
-_TYPES = {
-    schemas.TEXT: "text",
-    schemas.NUMBER: "number",
-    schemas.WHOLE: "whole number",
-    schemas.FLAG: "true or false",
-}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Entry:
-    """Description of a column; a text is empty where none applies."""
-
-    name: str
-    type: str
-    unit: str
-    range: str
-    null: str
-    equation: str
-    description: str
-
-
-def entries(schema: pa.Schema) -> list[Entry]:
-    """Descriptions of the columns of a table."""
-    return [_entry(column) for column in schema]
-
-
-def _entry(column: pa.Field) -> Entry:
-    text = {key: value.decode() for key, value in column.metadata.items()}
-    kind = column.type.value_type if pa.types.is_list(column.type) else column.type
-    return Entry(
-        name=column.name,
-        type=f"list: {_TYPES[kind]}" if kind is not column.type else _TYPES[kind],
-        unit=spell_unit(text[schemas.UNIT]) if kind == schemas.NUMBER else "",
-        range=text[schemas.RANGE],
-        null=text[schemas.NULL],
-        equation=text[schemas.EQUATION],
-        description=text[schemas.DESCRIPTION],
-    )
 
 
 def spell_unit(unit: str) -> str:

@@ -1,22 +1,18 @@
 """Grid points: read off the equilibrium paths of their rods, many at once, as rows of the table."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
 from vibrissa.decimals import exact
-from vibrissa.errors import DamagedTableError
 from vibrissa.numerics.arrays import IntArray
 from vibrissa.outcomes import Contact, RodSection, Solver, Status
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
 from vibrissa.sticking.stiction import read_curves
 from vibrissa.study.axes import Values
-from vibrissa.study.chunks import ROW_ORDER, columns_at, number_of_points, powers_at
-from vibrissa.tables import store
+from vibrissa.study.chunks import columns_at, number_of_points, powers_at
 from vibrissa.tables.records import array, state_values, table_of
 from vibrissa.tables.rods import rods_of, solve
 from vibrissa.tables.schemas import CURVATURE_POWERS, NUMBER, STICTION, TEXT
@@ -93,36 +89,3 @@ def points_table(
         "residual": of_curves("residual"),
     }
     return table_of(STICTION, columns)
-
-
-def chunk_rows(
-    path: str | Path, grid: str, axes: Mapping[str, Values], study_part: str
-) -> Iterator[pa.Table]:
-    """Read the file of a chunk, a row group at a time, in the order `ROW_ORDER`.
-
-    Raises
-    ------
-    DamagedTableError
-        If it is not complete or not of this study file.
-    """
-    file = store.opened(path, STICTION)
-    store.need_study(path, study_part)
-    found, expected = 0, number_of_points(axes)
-    if file.metadata.num_rows != expected:
-        reason = f"has {file.metadata.num_rows:,} rows where the grid has {expected:,} points"
-        raise DamagedTableError(path, reason)
-    for number in range(file.num_row_groups):
-        with store.reading(path):
-            part = file.read_row_group(number, use_threads=False)
-        rows = np.arange(found, found + len(part))
-        found += len(part)
-        if not _has_keys(part, grid, axes, rows):
-            raise DamagedTableError(path, "has other points than the study file")
-        yield part.replace_schema_metadata(STICTION.metadata)
-
-
-def _has_keys(part: pa.Table, grid: str, axes: Mapping[str, Values], rows: Any) -> bool:
-    keys = columns_at(axes, rows)
-    same = [np.array_equal(part.column(axis).to_numpy(), keys[axis]) for axis in ROW_ORDER]
-    powers = part.column(CURVATURE_POWERS.name).to_pylist() == powers_at(axes, rows)
-    return all(same) and powers and bool(pc.all(pc.equal(part.column("grid"), grid)).as_py())

@@ -1,25 +1,21 @@
 """Files of tables, with their provenance: every table that is written or read passes here."""
 
-import math
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from vibrissa import __version__
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.files import write_atomically
 from vibrissa.provenance import commit
-from vibrissa.tables.schemas import NUMBERS
 
 TABLE, VERSION, STUDY = "vibrissa.table", "vibrissa.schema", "vibrissa.study"
 PROGRAM, COMMIT = "vibrissa.version", "vibrissa.commit"
-# Rows that are written, and found by a query, together: at least so many, some 7 MB in memory.
-LEAST_ROW_GROUP = 2**14
+# Rows that are written, and found by a query, together: some 7 MB in memory.
+ROW_GROUP = 2**14
 
 
 def write(table: pa.Table, path: str | Path, study_part: str = "") -> None:
@@ -28,54 +24,17 @@ def write(table: pa.Table, path: str | Path, study_part: str = "") -> None:
 
 
 def write_parts(
-    parts: Iterable[pa.Table],
-    schema: pa.Schema,
-    path: str | Path,
-    study_part: str = "",
-    rows: int = 0,
+    parts: Iterable[pa.Table], schema: pa.Schema, path: str | Path, study_part: str = ""
 ) -> None:
-    """Write the parts of a table, one after the other, atomically, with its provenance.
-
-    Parameters
-    ----------
-    rows : int, optional
-        Number of rows, if known: long tables get larger row groups.
-
-    Raises
-    ------
-    TableError
-        If a column is empty that must not be.
-    """
+    """Write the parts of a table, one after the other, atomically, with its provenance."""
     added = {PROGRAM: __version__, COMMIT: commit(), STUDY: study_part}
     schema = schema.with_metadata({**schema.metadata, **added})
     with (
         write_atomically(Path(path)) as temporary,
-        pq.ParquetWriter(
-            temporary, schema, use_dictionary=_repeating(schema), write_page_checksum=True
-        ) as writer,
+        pq.ParquetWriter(temporary, schema, write_page_checksum=True) as writer,
     ):
-        for group in _regrouped(parts, row_group_size(rows)):
-            for field in schema:
-                if not field.nullable and group.column(field.name).null_count:
-                    raise TableError(f"{path}: column {field.name} must not be empty anywhere")
+        for group in _regrouped(parts, ROW_GROUP):
             writer.write_table(group.replace_schema_metadata(schema.metadata).combine_chunks())
-
-
-def row_group_size(rows: int) -> int:
-    """Return the number of rows in a row group, which is written and read as a whole.
-
-    A query reads about 6 kB for each row group, and 100 B for each row of a matching group.
-    """
-    return max(LEAST_ROW_GROUP, math.isqrt(60 * rows))
-
-
-def _repeating(schema: pa.Schema) -> list[str]:
-    """Columns whose values repeat, as Parquet names them."""
-    return [
-        f"{field.name}.list.element" if pa.types.is_list(field.type) else field.name
-        for field in schema
-        if field.type != NUMBERS and not field.name.endswith(("_last", "_slip", "_end"))
-    ]
 
 
 def _regrouped(parts: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
@@ -167,18 +126,3 @@ def need_study(path: str | Path, study_part: str) -> None:
             "does not answer this study file"
             + (f" (it has '{lines[0].strip()}')" if lines else " (it has less)"),
         )
-
-
-def joined(parts: Sequence[pa.Table], schema: pa.Schema) -> pa.Table:
-    """Join tables of one schema."""
-    bare = [part.replace_schema_metadata(schema.metadata) for part in parts]
-    return pa.concat_tables(bare) if bare else schema.empty_table()
-
-
-def status_counts(parts: Iterable[pa.Table]) -> Counter[str]:
-    """Count the rows of a table in parts by their status."""
-    counts: Counter[str] = Counter()
-    for part in parts:
-        for count in pc.value_counts(part.column("status")).to_pylist():
-            counts[count["values"]] += count["counts"]
-    return counts
