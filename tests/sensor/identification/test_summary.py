@@ -11,7 +11,7 @@ from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.goodness import Tolerance
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.slope import PLANE
+from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.quantities import Units
 
 WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
@@ -21,7 +21,7 @@ NONE = Identification(
     by_model=True,
     tolerances=(),
     covariance=np.zeros((0, 0)),
-    slope=PLANE,
+    slope=Slope(),
 )
 
 

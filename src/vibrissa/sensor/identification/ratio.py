@@ -16,7 +16,7 @@ from numpy.polynomial.legendre import legvander
 from scipy.special import chdtrc
 
 from vibrissa.errors import MixedColumnsError, RecordingError
-from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
+from vibrissa.numerics.arrays import FloatArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.goodness import tolerances_of
@@ -107,16 +107,6 @@ class ForceFits(Batch):
         """Ratio and its deviation over the step to the slip, shape (p, 3)."""
         return self.ratio(self.step)
 
-    @property
-    def mean(self) -> FloatArray:
-        """Ratio in the middle of the step, shape (p,)."""
-        return self.along[0][:, 1]
-
-    @property
-    def by_noise(self) -> FloatArray:
-        """Standard deviation of that by noise, shape (p,)."""
-        return self.along[1][:, 1]
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Onsets:
@@ -129,15 +119,12 @@ class Onsets:
     own : ndarray, shape (p,)
         Standard deviation of its error by noise, and by what a degree that is too low changes from
         period to period.
-    smooth : ndarray of bool, shape (p,)
-        Whether the forces are smooth towards the end of the period: no slip is hidden there.
     """
 
     fits: ForceFits
     along: FloatArray
     own: FloatArray
     shared: float
-    smooth: BoolArray
 
     @property
     def error(self) -> float:
@@ -230,10 +217,12 @@ def read_onsets(
 
 def _corrected(low: ForceFits, high: ForceFits, sign: FloatArray) -> Onsets:
     """Correct one degree by the mean change of the next."""
-    change = sign * (high.mean - low.mean)
-    variance = high.by_noise**2 - low.by_noise**2
+    (along, spread), (higher, wider) = low.along, high.along
+    # In the middle of the step.
+    change, own = sign * (higher - along)[:, 1], spread[:, 1]
+    variance = wider[:, 1] ** 2 - own**2
     told = (variance > 0.0) & (high.chance > UNLIKELY)
-    along, own = sign[:, None] * low.along[0], low.by_noise
+    along = sign[:, None] * along
     shared = UNREAD
     if told.any():
         change, variance = change[told], variance[told]
@@ -242,7 +231,7 @@ def _corrected(low: ForceFits, high: ForceFits, sign: FloatArray) -> Onsets:
         mean = float((weight * change).sum() / weight.sum())
         along, own = along + mean, np.hypot(own, np.sqrt(between))
         shared = float(np.hypot(weight.sum() ** -0.5, REST * mean))
-    return Onsets(fits=low, along=along, own=own, shared=shared, smooth=low.chance > UNLIKELY)
+    return Onsets(fits=low, along=along, own=own, shared=shared)
 
 
 def read_ratio(task: Task) -> Identification:
@@ -275,7 +264,7 @@ def read_ratio(task: Task) -> Identification:
     against = "the tip cannot slip in this direction"
     return Identification(
         periods=periods.doubted(
-            Check(Grade.WRONG, ~onsets.smooth, hidden),
+            Check(Grade.WRONG, onsets.fits.chance <= UNLIKELY, hidden),
             Check(Grade.WRONG, status == PeriodStatus.BEYOND, against),
         ),
         units=task.units,

@@ -62,6 +62,3 @@ class Slope:
         part = np.abs(way) / self.length
         size = np.sqrt(np.pi / 2.0) * part * erf(part / np.sqrt(2.0)) + np.expm1(-0.5 * part**2)
         return np.asarray(2.0 * (self.deviation * self.length) ** 2 * size)
-
-
-PLANE = Slope()
