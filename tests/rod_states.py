@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrissa.mechanics.equations import ClosingCondition
+from vibrissa.mechanics.equations import FX, ClosingCondition
 from vibrissa.mechanics.mounting import IDEAL, rod_columns
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
@@ -28,5 +28,5 @@ def first_states(theta, eta, nodes, contact=Contact.POINT, mountings=None):
     stage = np.array([one.stage_angle for one in mountings])
     begun = begin(rod_columns(theta, mountings), eta, stage, nodes, contact)
     assert not begun.missing
-    upright = ClosingCondition.at_inclination(np.zeros(len(eta)), eta)
+    upright = ClosingCondition.prescribing(eta, {FX: 1.0})
     return solve(begun.states, upright).states

@@ -13,7 +13,7 @@ from scipy.optimize import brentq, root
 
 from vibrissa import EquilibriumState, Rod, StickingState, solve_curve, solve_state
 from vibrissa.mechanics.buckling import buckling_load
-from vibrissa.mechanics.equations import ClosingCondition, ends
+from vibrissa.mechanics.equations import FX, ClosingCondition, ends
 from vibrissa.mechanics.mounting import IDEAL, rod_columns
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
@@ -322,7 +322,7 @@ def _first(eta: float) -> RodStates:
     """Solve the α = 0 state alone: the height is searched for without following its whole curve."""
     height, zero = np.array([eta]), np.zeros(1)
     begun = begin(rod_columns(np.ones(1), [IDEAL]), height, zero, NODES, Contact.POINT)
-    return solve(begun.states, ClosingCondition.at_inclination(zero, height)).states
+    return solve(begun.states, ClosingCondition.prescribing(height, {FX: 1.0})).states
 
 
 def _turn(state: EquilibriumState | StickingState) -> float:

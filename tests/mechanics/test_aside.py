@@ -16,8 +16,7 @@ from vibrissa.sticking.solving.offsets import solve_offsets
 
 
 def solved(theta, eta, offset, contact="point", mounting=IDEAL):
-    rod = np.array([theta]), np.array([eta]), np.array([0])
-    return solve_offsets(*rod, np.array([offset]), Contact(contact), [mounting])[0].state
+    return solve_offsets(theta, eta, mounting, np.array([offset]), Contact(contact))[0].state
 
 
 def margin(theta, eta, offset, contact="point", mounting=IDEAL):

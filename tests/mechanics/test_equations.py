@@ -10,6 +10,9 @@ from hypothesis import strategies as st
 from rod_states import first_states, made_states
 from vibrissa import Mounting
 from vibrissa.mechanics.equations import (
+    FX,
+    FY,
+    OFFSET,
     ClosingCondition,
     bending_moment,
     coefficient_decay,
@@ -24,13 +27,18 @@ from vibrissa.mechanics.taper import arc_density, densities
 from vibrissa.numerics.spectral import gauss_rule
 
 
+def at_offset(offset, height):
+    """Prescribe x1 − x0: E3a."""
+    return ClosingCondition.prescribing(height, {OFFSET: 1.0}, offset)
+
+
 def sticking(theta, eta, travel, nodes=40):
     """States some travel (in units of x1_init) into the period of sticking."""
     eta = np.atleast_1d(eta).astype(float)
     states = first_states(theta, eta, nodes)
     offset = ends(states).offset
     for part in np.linspace(0.0, travel, 9):
-        closing = ClosingCondition.at_offset(offset * (1.0 - part), eta)
+        closing = at_offset(offset * (1.0 - part), eta)
         states, found = solve(states, closing)
         assert found.all()
     return states, closing
@@ -63,8 +71,7 @@ def test_the_tangent_is_the_derivative_of_the_states():
     h = 1e-4
     found = tangent(states, closing)
     sides = [
-        solve(states, ClosingCondition.at_offset(closing.value + way, closing.height)).states
-        for way in (h, -h)
+        solve(states, at_offset(closing.value + way, closing.height)).states for way in (h, -h)
     ]
     difference = (sides[0].unknowns - sides[1].unknowns) / (2 * h)
     assert found.change == pytest.approx(difference, abs=2e-4)
@@ -81,9 +88,9 @@ def test_states_balance_and_solve_the_equations_and_so_do_their_mirror_images(pa
     assert end.moment == pytest.approx(states.fy * end.offset - states.fx * end.height, abs=1e-12)
     phi, fx, fy = np.pi - states.phi, -states.fx, states.fy
     mirrored = made_states(states.theta, phi, fx, fy)
-    assert largest_residual(
-        mirrored, ClosingCondition.at_offset(-closing.value, closing.height)
-    ) == pytest.approx(largest_residual(states, closing), abs=1e-13)
+    assert largest_residual(mirrored, at_offset(-closing.value, closing.height)) == pytest.approx(
+        largest_residual(states, closing), abs=1e-13
+    )
 
 
 @pytest.mark.slow
@@ -128,7 +135,8 @@ def test_residual_sees_a_wrong_unknown(place, change):
 def test_a_prescribed_inclination_gives_the_state_with_that_inclination():
     states, closing = sticking(2.0, 0.85, 0.1)
     alpha = np.arctan2(states.fx, -states.fy)
-    again, found = solve(states, ClosingCondition.at_inclination(alpha, closing.height))
+    inclined = {FX: np.cos(alpha), FY: np.sin(alpha)}
+    again, found = solve(states, ClosingCondition.prescribing(closing.height, inclined))
     assert found.all()
     assert ends(again).offset == pytest.approx(closing.value, abs=1e-12)
 
@@ -136,7 +144,7 @@ def test_a_prescribed_inclination_gives_the_state_with_that_inclination():
 def test_one_hopeless_state_does_not_spoil_its_batch():
     good, closing = sticking(2.0, 0.85, 0.1)
     guess = RodStates.concatenate([good, good.with_unknowns(np.nan * good.unknowns)])
-    both = ClosingCondition.at_offset(np.array([closing.value[0], -3.0]), np.array([0.85, 0.85]))
+    both = at_offset(np.array([closing.value[0], -3.0]), np.array([0.85, 0.85]))
     states, converged = solve(guess, both)
     assert converged.tolist() == [True, False]
     assert np.isnan(states.unknowns[1]).all()

@@ -27,6 +27,7 @@ to the clamp, E3b the inclination α of the force, E3c the continuation paramete
 Gauss–Legendre nodes. All functions work on batches: the first axis counts states.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
@@ -66,23 +67,19 @@ class ClosingCondition(Batch):
     value: FloatArray
 
     @classmethod
-    def at_offset(cls, offset: FloatArray, height: FloatArray) -> Self:
-        """Prescribe x1 − x0, in units of L: E3a."""
-        return cls._of(height, offset, {OFFSET: 1.0})
-
-    @classmethod
-    def at_inclination(cls, alpha: FloatArray, height: FloatArray) -> Self:
-        """Prescribe the inclination of the contact force, in rad: E3b."""
-        return cls._of(height, np.zeros_like(alpha), {FX: np.cos(alpha), FY: np.sin(alpha)})
-
-    @classmethod
-    def _of(
-        cls, height: FloatArray, value: FloatArray, some: dict[int, FloatArray | float]
+    def prescribing(
+        cls,
+        height: FloatArray,
+        weights: Mapping[int, FloatArray | float],
+        value: FloatArray | float = 0.0,
+        tilt: FloatArray | float = 0.0,
     ) -> Self:
-        weights = np.zeros((len(value), 5))
-        for quantity, weight in some.items():
-            weights[:, quantity] = weight
-        return cls(height=height, tilt=np.zeros(len(value)), weights=weights, value=value)
+        """Prescribe the sum of some quantities, by their weights."""
+        every = np.zeros((len(height), 5))
+        for quantity, weight in weights.items():
+            every[:, quantity] = weight
+        value, tilt = (np.array(np.broadcast_to(one, height.shape)) for one in (value, tilt))
+        return cls(height=height, tilt=tilt, weights=every, value=value)
 
 
 class _Integrands(NamedTuple):

@@ -259,14 +259,7 @@ def solve_states(
                 f"the point (x1, eta) = ({each!r}, {eta!r}) is out of reach of a rod of length 1"
             )
     offsets = np.array(x1, dtype=float)
-    solutions = solve_offsets(
-        np.array([theta], dtype=float),
-        np.array([eta], dtype=float),
-        np.zeros(len(offsets), dtype=int),
-        offsets,
-        Contact(contact),
-        [mounting],
-    )
+    solutions = solve_offsets(float(theta), float(eta), mounting, offsets, Contact(contact))
     return [
         EquilibriumState(
             **_loads(solution),

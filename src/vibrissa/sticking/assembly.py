@@ -97,13 +97,9 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
     within = 0.0 < x0_lock < curve.x0_end - SAME
     if not curve.pieces or not (within or mu_lock == np.inf or curve.end is End.SWINGS_ASIDE):
         if curve.end is not End.OUT_OF_REACH or not curve.pieces:
-            return failed_curve(
-                theta=curve.theta,
-                eta=curve.eta,
-                method=curve.method,
-                message=message or NO_MAXIMUM,
-                status=Status.OUT_OF_REACH if message else Status.FAILED,
-            )
+            status = Status.OUT_OF_REACH if message else Status.FAILED
+            why = message or NO_MAXIMUM
+            return failed_curve(curve.theta, curve.eta, why, status, curve.method)
         x0_lock = mu_lock = np.nan
     locks = not np.isnan(mu_lock)
     touch, last = _first_touch(curve, extremes), x0_lock if locks else curve.x0_end

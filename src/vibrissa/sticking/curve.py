@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.outcomes import End, RodSection, Status
+from vibrissa.outcomes import End, RodSection, Solver, Status
 from vibrissa.sticking.piece import NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.reading import CurveArray, mirrored
 
@@ -206,7 +206,11 @@ def _first(rows: FloatArray) -> IntArray:
 
 
 def failed_curve(
-    *, theta: float, eta: float, method: str, message: str, status: Status = Status.FAILED
+    theta: float,
+    eta: float,
+    message: str,
+    status: Status = Status.FAILED,
+    method: str = Solver.COLLOCATION,
 ) -> StickingCurve:
     """Curve without states, ``failed`` or ``out_of_reach``, with the reason in its message."""
     return StickingCurve(

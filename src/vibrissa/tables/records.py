@@ -25,7 +25,6 @@ from vibrissa.tables.schemas import (
 # Only their attributes are read: a job need not depend on how the others' results are computed.
 if TYPE_CHECKING:
     from vibrissa.sticking.api import EquilibriumState
-    from vibrissa.sticking.comparison import Comparison
     from vibrissa.sticking.cycles import Scan
 
 
@@ -87,16 +86,11 @@ def scan_table(
     return table_of(SCANS, columns)
 
 
-def comparison_table(name: str, comparison: Comparison, study: str) -> pa.Table:
-    """Table of points in both contact models."""
-    n = len(comparison.theta)
-    columns: dict[str, Any] = {"comparison": [name] * n, "study": [study] * n}
-    columns["method"] = [Solver.COLLOCATION] * n
-    columns |= {key: getattr(comparison, key) for key in ("theta", "mu0", "eta", "penetrates")}
-    for model in ("point", "line"):
-        result = getattr(comparison, model)
-        columns |= {f"{key}_{model}": values for key, values in vars(result).items()}
-    return table_of(COMPARISONS, columns)
+def comparison_table(name: str, compared: Mapping[str, Any], study: str) -> pa.Table:
+    """Table of points in both contact models (`vibrissa.sticking.comparison.compare`)."""
+    same = {"comparison": name, "study": study, "method": Solver.COLLOCATION}
+    repeated = {key: [value] * len(compared["theta"]) for key, value in same.items()}
+    return table_of(COMPARISONS, {**compared, **repeated})
 
 
 def states_table(states: Mapping[str, EquilibriumState], study: str) -> pa.Table:

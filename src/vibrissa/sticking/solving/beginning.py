@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.mechanics.buckling import buckled_unknowns
-from vibrissa.mechanics.equations import ClosingCondition, bending_moment, ends
+from vibrissa.mechanics.equations import FX, ClosingCondition, bending_moment, ends
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
@@ -120,7 +120,7 @@ def _buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[Rod
         unknowns=buckled_unknowns(theta, eta, nodes),
         line=np.zeros(len(theta), dtype=bool),
     )
-    states, converged = solve(guess, ClosingCondition.at_inclination(np.zeros(len(eta)), eta))
+    states, converged = solve(guess, ClosingCondition.prescribing(eta, {FX: 1.0}))
     # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image
     return states, converged & (bending_moment(states) < 0).all(axis=1) & (states.fy < 0)
 
@@ -162,7 +162,7 @@ def _homotopy(
         guess = RodStates(rods=rods, unknowns=new + weight[:, None] * (new - old), line=line)
         # Where the kind of contact just changed, the extrapolated s_c may have passed 1.
         np.minimum(guess.s_c, 1.0, out=guess.s_c)
-        upright = ClosingCondition.at_inclination(np.zeros(len(active)), eta)
+        upright = ClosingCondition.prescribing(eta, {FX: 1.0})
         solution, found = with_active_contact(guess, upright, model)
         good = found & _is_near(solution, guess) & (stability(solution, slides=True) > 0.0)
         steps[active] = np.where(good, 2.0 * steps[active], steps[active] / DIVISION)

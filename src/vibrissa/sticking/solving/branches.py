@@ -1,5 +1,6 @@
 """Branches of equilibria: the rods, their α = 0 states, and conditions that hold along them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,24 +55,16 @@ class Branches(Batch):
         """Displacement of the clamp (L) by the offset of the contact point."""
         return (self.x1_init - offset) / self.cos
 
-    def closing(self, weights: FloatArray, value: FloatArray) -> ClosingCondition:
-        """Conditions E2 and E3 on the way of the clamp."""
-        height = self.eta - self.tilt * self.x1_init
-        return ClosingCondition(height=height, tilt=self.tilt, weights=weights, value=value)
-
     def along(self, direction: FloatArray, value: FloatArray) -> ClosingCondition:
         """Prescribe the continuation parameter along a direction, shape (n, 4): E3c."""
-        return self.closing(self.weights(direction), value)
+        return self.prescribing(dict(enumerate((self.units * direction).T)), value)
 
-    def weights(self, direction: FloatArray) -> FloatArray:
-        """Weights in E3 of the quantities along a direction, shape (n, 5)."""
-        return np.append(self.units * direction, np.zeros((len(direction), 1)), axis=1)
-
-    def prescribing(self, quantity: int, sign: FloatArray | float = 1.0) -> ClosingCondition:
-        """Prescribe that `sign` times a quantity of E3 is zero: fx where α = 0, φ1 at a kink."""
-        weights = np.zeros((len(self.eta), 5))
-        weights[:, quantity] = sign
-        return self.closing(weights, np.zeros(len(self.eta)))
+    def prescribing(
+        self, weights: Mapping[int, FloatArray | float], value: FloatArray | float = 0.0
+    ) -> ClosingCondition:
+        """Prescribe a sum of quantities on the way of the clamp: fx where α = 0, φ1 at a kink."""
+        height = self.eta - self.tilt * self.x1_init
+        return ClosingCondition.prescribing(height, weights, value, self.tilt)
 
 
 def end_quantities(states: RodStates) -> FloatArray:

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibrissa.mechanics.aside import stability_aside
-from vibrissa.mechanics.equations import FX, ClosingCondition, ends
+from vibrissa.mechanics.equations import FX, FY, ClosingCondition, ends
 from vibrissa.mechanics.mounting import IDEAL, Mounting, rod_columns
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
@@ -134,12 +134,12 @@ def _solved(
     rods = rod_columns(theta, mountings)
     stage_angle = np.array([one.stage_angle for one in mountings])
     begun = begin(rods, eta, stage_angle, closeness.nodes, model)
-    upright = ClosingCondition.at_inclination(np.zeros(len(begun.rows)), begun.branches.eta)
+    upright = ClosingCondition.prescribing(begun.branches.eta, {FX: 1.0})
     x1_init = exact_ends(begun.states, upright)[:, 0]
     unresolved = begun.rows[np.isnan(x1_init)].tolist()
     missing = begun.missing | dict.fromkeys(unresolved, (Status.FAILED, NOT_RESOLVED))
     curves = {
-        row: _failed(float(theta[row]), float(eta[row]), message, status)
+        row: failed_curve(float(theta[row]), float(eta[row]), message, status)
         for row, (status, message) in missing.items()
     }
     known = np.flatnonzero(np.isfinite(x1_init))
@@ -149,12 +149,6 @@ def _solved(
         found = _curves(*some, model, section, closeness, retract)
         curves |= zip(rows.tolist(), found, strict=True)
     return [replace(curves[row], mounting=mountings[row]) for row in range(len(eta))]
-
-
-def _failed(
-    theta: float, eta: float, message: str, status: Status = Status.FAILED
-) -> StickingCurve:
-    return failed_curve(theta=theta, eta=eta, method=METHOD, message=message, status=status)
 
 
 def _curves(
@@ -190,9 +184,9 @@ def _curves(
     for row in range(count):
         theta, eta = float(branches.rods[row, 0]), float(branches.eta[row])
         if row not in curves:
-            curves[row] = _failed(theta, eta, NOT_RESOLVED)
+            curves[row] = failed_curve(theta, eta, NOT_RESOLVED)
         elif model is Contact.LINE and not _is_possible(curves[row]):
-            curves[row] = _failed(theta, eta, NO_SWITCH)
+            curves[row] = failed_curve(theta, eta, NO_SWITCH)
     return [curves[row] for row in range(count)]
 
 
@@ -247,8 +241,7 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
         return knots
     some, low = branches.take(knots.branch[last]), knots.take(last - 1)
     share = excess[last - 1] / (excess[last - 1] - excess[last])
-    steep = some.prescribing(FX, 1.0 / most)
-    steep.weights[:, FX + 1] = 1.0
+    steep = some.prescribing({FX: 1.0 / most, FY: 1.0})
     states, found = solve(between(low, knots.take(last), share), steep)
     knots = knots.copy()
     knots.states.put(last[found], states.take(found))

@@ -110,7 +110,7 @@ def follow(
     """
     count = len(side)
     first = np.arange(count), states
-    last = _knots(branches, *first, branches.prescribing(FX), np.zeros(count))
+    last = _knots(branches, *first, branches.prescribing({FX: 1.0}), np.zeros(count))
     # Which way the displacement grows is not known before.
     direction = last.direction * (np.sign(last.direction[:, 0]) * side)[:, None]
     last = _knots(branches, *first, branches.along(direction, np.zeros(count)), np.zeros(count))
@@ -204,7 +204,7 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
     some, old = branches.take(rows), last.take(rows)
     share = np.clip(before[rows] / (before[rows] - after[rows]), 0.0, 1.0)
     guess = replace(between(old, new.take(rows), share), line=np.zeros(len(rows), dtype=bool))
-    states, solved[rows] = solve(guess, some.prescribing(PHI1))
+    states, solved[rows] = solve(guess, some.prescribing({PHI1: 1.0}))
     here, ahead, found = new.copy(), new.copy(), np.flatnonzero(solved[rows])
     if len(found):
         old, states, some = old.take(found), states.take(found), some.take(found)
@@ -214,8 +214,8 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
         onward = some.along(old.direction, way)
         here.put(rows[found], _knots(some, old.branch, sides[0], onward, way))
         # Behind it s_c falls from 1, or the slope of the tip rises from 0.
-        growing = some.prescribing(PHI1)
-        growing.weights[~line] = some.prescribing(S_C, -1.0).weights[~line]
+        lies = line.astype(np.float64)
+        growing = some.prescribing({PHI1: lies, S_C: lies - 1.0})
         ahead.put(rows[found], _knots(some, old.branch, sides[1], growing, 0.0 * way))
     return _Kinks(here, ahead, solved, kinks)
 

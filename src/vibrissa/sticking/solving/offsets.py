@@ -1,23 +1,22 @@
 """Single states with prescribed offsets x1 − x0, on the branches that begin at α = 0."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from vibrissa.mechanics.admissibility import clearances
-from vibrissa.mechanics.equations import ClosingCondition, ends
+from vibrissa.mechanics.equations import OFFSET, ClosingCondition, ends
 from vibrissa.mechanics.mounting import Mounting, rod_columns
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.solving.beginning import NO_INITIAL_STATE, begin
+from vibrissa.sticking.solving.beginning import Beginning, begin
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.cutting import resolved_states
 from vibrissa.sticking.solving.following import (
     CLOSENESS,
-    Closeness,
     Knots,
     between,
     follow,
@@ -48,54 +47,43 @@ class StateSolution(NamedTuple):
 
 
 def solve_offsets(
-    theta: FloatArray,
-    eta: FloatArray,
-    of: IntArray,
-    offsets: FloatArray,
-    model: Contact,
-    mountings: Sequence[Mounting],
+    theta: float, eta: float, mounting: Mounting, offsets: FloatArray, model: Contact
 ) -> list[StateSolution]:
-    """Solve states with prescribed offsets x1 − x0 (L) on the branches that begin at α = 0."""
-    rods = rod_columns(theta, mountings)
-    solutions = [StateSolution(None, np.nan, Status.FAILED, NO_INITIAL_STATE)] * len(offsets)
+    """Solve states of a rod with prescribed offsets x1 − x0 (L) on the branch from α = 0."""
+    rods = rod_columns(np.array([theta]), [mounting])
+    solutions = [StateSolution(None, np.nan, Status.FAILED, NOT_FOLLOWED)] * len(offsets)
     pending = np.arange(len(offsets))
     for closeness in CLOSENESS:
         if not len(pending):
             break
-        which, index = np.unique(of[pending], return_inverse=True)
-        some = rods[which], eta[which], index, offsets[pending]
-        for row, solution in zip(pending, _in_offsets(*some, closeness, model), strict=True):
-            solutions[row] = solution
+        begun = begin(rods, np.array([eta]), np.zeros(1), closeness.nodes, model)
+        for row, solution in _followed(begun, offsets[pending], model, closeness.longest):
+            solutions[pending[row]] = solution
         pending = pending[[solutions[row].status is Status.FAILED for row in pending]]
     return solutions
 
 
-def _in_offsets(
-    rods: FloatArray,
-    eta: FloatArray,
-    of: IntArray,
-    offsets: FloatArray,
-    closeness: Closeness,
-    model: Contact,
-) -> list[StateSolution]:
-    """Solve states with prescribed offsets on paths that are followed so closely."""
-    begun = begin(rods, eta, np.zeros(len(eta)), closeness.nodes, model)
-    place = np.full(len(rods), -1)
-    place[begun.rows] = np.arange(len(begun.rows))
-    solutions = [StateSolution(None, np.nan, Status.FAILED, NOT_FOLLOWED)] * len(offsets)
-    for row in np.flatnonzero(place[of] < 0):
-        status, message = begun.missing[int(of[row])]
-        solutions[row] = solutions[row]._replace(status=status, message=message)
-    rows = np.flatnonzero(place[of] >= 0)
-    if not len(rows):
-        return solutions
-    branches, states = begun.branches.take(place[of[rows]]), begun.states.take(place[of[rows]])
-    guess, found = _reached(branches, states, offsets[rows], model, closeness.longest)
-    rows = rows[found]
-    closing = ClosingCondition.at_offset(offsets[rows], branches.eta[found])
-    for row, solution in zip(rows, _solved(guess, closing), strict=True):
-        solutions[row] = solution
-    return solutions
+def _followed(
+    begun: Beginning, offsets: FloatArray, model: Contact, longest: float
+) -> Iterator[tuple[int, StateSolution]]:
+    """Solve the states that are reached by steps of a length, on as many nodes as each needs."""
+    if begun.missing:
+        yield from enumerate([StateSolution(None, np.nan, *begun.missing[0])] * len(offsets))
+        return
+    which = np.zeros(len(offsets), dtype=np.int64)
+    branches, states = begun.branches.take(which), begun.states.take(which)
+    guess, reached = _reached(branches, states, offsets, model, longest)
+    closing = ClosingCondition.prescribing(branches.eta[reached], {OFFSET: 1.0}, offsets[reached])
+    for row, fold in zip(reached.tolist(), stability(guess) < FOLD_MARGIN, strict=True):
+        yield row, StateSolution(None, np.nan, Status.FAILED, AT_FOLD if fold else NOT_RESOLVED)
+    for rows, solved, residual in resolved_states(guess, closing):
+        shapes = clearances(solved, closing.height[rows])
+        for i, row in enumerate(reached[rows].tolist()):
+            if how := shapes.reasons(i):
+                yield row, StateSolution(None, np.nan, Status.OUT_OF_REACH, how)
+            else:
+                state = solved.take(slice(i, i + 1))
+                yield row, StateSolution(state, float(residual[i]), Status.SOLVED, "")
 
 
 def _reached(
@@ -125,22 +113,3 @@ def _reached(
     chosen = reaches[first]
     share = PARTS[beyond[chosen].argmax(axis=1)]
     return between(knots.take(high[chosen] - 1), knots.take(high[chosen]), share), found
-
-
-def _solved(guess: RodStates, closing: ClosingCondition) -> list[StateSolution]:
-    """Solve states, each on as many nodes as it needs."""
-    folds = stability(guess) < FOLD_MARGIN
-    solutions = [
-        StateSolution(None, np.nan, Status.FAILED, AT_FOLD if fold else NOT_RESOLVED)
-        for fold in folds
-    ]
-    for rows, states, residual in resolved_states(guess, closing):
-        shapes = clearances(states, closing.height[rows])
-        for i, row in enumerate(rows.tolist()):
-            solution = StateSolution(
-                states.take(slice(i, i + 1)), float(residual[i]), Status.SOLVED, ""
-            )
-            if how := shapes.reasons(i):
-                solution = solution._replace(state=None, status=Status.OUT_OF_REACH, message=how)
-            solutions[row] = solution
-    return solutions

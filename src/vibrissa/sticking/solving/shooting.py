@@ -240,13 +240,11 @@ def solve_curve(
     states = walk(theta, eta, step, tolerances=tolerances, start=start)
     worst = max(state.miss for state in states)
     if not worst <= tolerances.miss:
-        return failed_curve(
-            theta=theta,
-            eta=eta,
-            method=METHOD,
-            message=f"the search missed the contact point by {worst:.1e} at x0 = "
-            f"{step * (len(states) - 1):.6g}; use a smaller dx0 or method: collocation",
+        why = (
+            f"the search missed the contact point by {worst:.1e} at x0 = "
+            f"{step * (len(states) - 1):.6g}; use a smaller dx0 or method: collocation"
         )
+        return failed_curve(theta, eta, why, method=METHOD)
     known = _stepped(states, step, eta)
     followed = StickingCurve(
         theta=theta,
