@@ -62,8 +62,8 @@ def costs(readings, stated=None):
     )
     known = np.isfinite(found.periods.mu0)
     effects, covariance = found.periods.effects[known], found.covariance
-    names = np.array([one.of for one in found.tolerances])
-    given = np.array([one.tolerance for one in found.tolerances])
+    names = np.array([one.parameter.of for one in found.estimates])
+    given = np.array([one.parameter.deviation for one in found.estimates])
     found_costs = {}
     for name in TOLERABLE:
         own = names == name

@@ -89,7 +89,8 @@ def _lines(found: Identification, verbose: bool) -> Iterator[str]:
     yield f"{counted(len(found.periods), 'period')}, friction of {known} of them"
     yield str(found.summary())
     yield from found.periods.notes
-    assumed = list(dict.fromkeys(one.of for one in found.tolerances if not one.stated))
+    given = [one.parameter for one in found.estimates]
+    assumed = list(dict.fromkeys(one.of for one in given if not one.stated))
     if assumed:
         yield (
             f"{counted(len(assumed), 'tolerance')} assumed, named by --verbose; state yours with "
@@ -98,7 +99,8 @@ def _lines(found: Identification, verbose: bool) -> Iterator[str]:
     if assumed and verbose:
         yield f"assumed: {', '.join(assumed)}"
     left = found.summary().if_exact
-    for one in found.tolerances:
-        if one.far or (verbose and one.stated and not one.wave):
-            exact = f"; if it were exact, mu0 ± {left[one.of]:.2g}" if one.of in left else ""
-            yield f"{one.spelled(found.units)}{exact}"
+    for parameter, one in zip(given, found.estimates, strict=True):
+        if one.far or (verbose and parameter.stated and not parameter.wave):
+            exact = left.get(parameter.of)
+            more = "" if exact is None else f"; if it were exact, mu0 ± {exact:.2g}"
+            yield f"{one.spelled(found.units)}{more}"

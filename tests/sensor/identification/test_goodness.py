@@ -97,7 +97,7 @@ def test_an_error_of_transducer_or_stage_is_found_and_its_size(response, name, s
     assert not found.goodness.fits
     assert (found.periods.doubt != "").all()
     cause = found.causes[0]
-    assert cause.name == name
+    assert cause.parameter.name == name
     assert cause.size == pytest.approx(size, rel=0.1)
     assert cause.explained > 0.9
 
@@ -117,7 +117,7 @@ def test_another_rod_is_found_and_by_how_much(name):
     whisker, size = OTHER[name]
     found = found_in(recorded(whisker.response))
     assert not found.goodness.fits
-    assert found.causes[0].name == name
+    assert found.causes[0].parameter.name == name
     assert found.causes[0].size == pytest.approx(size, rel=0.15)
 
 
@@ -128,7 +128,7 @@ def test_an_inclined_surface_is_found_and_by_how_much():
     truth = simulate(stage, surfaces.random(1, 0.3, 0.04, 0.02), POSITIONS, "free", 0.8)
     recording = recording_of(truth.clamp, measured(truth.reactions, [1, 2]))
     cause = found_in(recording).causes[0]
-    assert cause.name == "stage_angle"
+    assert cause.parameter.name == "stage_angle"
     assert cause.size == pytest.approx(np.deg2rad(0.5), rel=0.1)
 
 

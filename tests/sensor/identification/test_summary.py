@@ -8,7 +8,8 @@ from scipy import stats
 
 from steel import ROD, SENSOR
 from vibrissa.sensor import Whisker, identify, scan, surfaces
-from vibrissa.sensor.identification.goodness import Tolerance
+from vibrissa.sensor.identification.goodness import Estimate
+from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slope import Slope
@@ -19,7 +20,7 @@ NONE = Identification(
     periods=None,
     units=Units(),
     by_model=True,
-    tolerances=(),
+    estimates=(),
     covariance=np.zeros((0, 0)),
     slope=Slope(),
 )
@@ -32,10 +33,9 @@ def summary_of(periods, setting):
 
 def setting_of(covariance, *names):
     """Errors with a covariance, each of a tolerance."""
-    tolerances = (
-        Tolerance(name=n, of=n, tolerance=1.0, adjusted=0.0, deviation=1.0) for n in names
-    )
-    return replace(NONE, tolerances=tuple(tolerances), covariance=np.array(covariance))
+    parameters = [Parameter(name=name, of=name, deviation=1.0) for name in names]
+    estimates = (Estimate(parameter=one, size=0.0, deviation=1.0) for one in parameters)
+    return replace(NONE, estimates=tuple(estimates), covariance=np.array(covariance))
 
 
 def periods_of(mu0, noise, step, effects=None, setting=NONE, **other):

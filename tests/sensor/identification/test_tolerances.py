@@ -49,8 +49,8 @@ def test_a_modulus_within_its_tolerance_is_found_and_spoils_nothing():
     assert abs(bias(spoiled, truth)[0]) > 10 * bias(spoiled, truth)[1]
     found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances={"modulus": "3 %"})
     assert found.goodness.fits and (found.periods.doubt == "").all()
-    (modulus,) = found.tolerances
-    assert modulus.adjusted == pytest.approx(0.04, abs=4 * modulus.deviation)
+    (modulus,) = found.estimates
+    assert modulus.size == pytest.approx(0.04, abs=4 * modulus.deviation)
     assert modulus.deviation < 2e-4
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
 
@@ -61,17 +61,17 @@ def test_a_small_tolerance_holds_what_was_given_and_then_it_does_not_fit():
     error, tolerance = 0.01, 1e-5
     recording = replace(recording, readings=recording.readings + np.array([error, 0.0, 0.0]))
     found = identify(GIVEN, recording, noise=NOISE, tolerances={"zero_force_x": tolerance})
-    (zero,) = found.tolerances
+    (zero,) = found.estimates
     # The mean of what the recording tells and what was given, by their variances.
     told = 1.0 - (zero.deviation / tolerance) ** 2
     assert 0.01 < told < 0.9
-    assert zero.adjusted == pytest.approx(told * error, rel=0.05)
+    assert zero.size == pytest.approx(told * error, rel=0.05)
     assert not found.goodness.fits
 
     # Fully adjusted, but by more than its tolerance allows.
     _, recording = recorded(GIVEN, scale=1.04)
     found = identify(GIVEN, recording, noise=NOISE, tolerances={"modulus": 0.001})
-    assert found.tolerances[0].adjusted == pytest.approx(0.04, rel=0.01)
+    assert found.estimates[0].size == pytest.approx(0.04, rel=0.01)
     assert not found.goodness.fits
 
 
@@ -79,11 +79,11 @@ def test_a_small_tolerance_holds_what_was_given_and_then_it_does_not_fit():
 def test_what_cannot_be_told_apart_is_shared_by_the_tolerances():
     _, recording = recorded(GIVEN, scale=1.0005)
     given = {"modulus": 0.03, "diameter": 0.01}
-    modulus, diameter = identify(GIVEN, recording, noise=NOISE, tolerances=given).tolerances
+    modulus, diameter = identify(GIVEN, recording, noise=NOISE, tolerances=given).estimates
     # Loads are as E·d0⁴: its variance is 0.03² + (4·0.01)², of which E has 9/25.
-    total = modulus.adjusted + 4.0 * diameter.adjusted
+    total = modulus.size + 4.0 * diameter.size
     assert total == pytest.approx(0.0005, abs=2e-4)
-    assert modulus.adjusted == pytest.approx(9.0 / 25.0 * total, rel=0.05, abs=2e-5)
+    assert modulus.size == pytest.approx(9.0 / 25.0 * total, rel=0.05, abs=2e-5)
     # Each stays as uncertain as the difference that no recording tells: 0.03·0.04/0.05.
     assert modulus.deviation == pytest.approx(0.024, rel=0.01)
     assert diameter.deviation == pytest.approx(0.006, rel=0.01)
@@ -119,8 +119,8 @@ def test_another_mounting_within_its_tolerance_is_found(name, size, tolerance):
     truth, recording = recorded(replace(GIVEN, mounting=Mounting(**{name: size})))
     found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances={name: tolerance})
     assert found.goodness.fits
-    (one,) = found.tolerances
-    assert one.adjusted == pytest.approx(size, abs=4 * one.deviation + 1e-9)
+    (one,) = found.estimates
+    assert one.size == pytest.approx(size, abs=4 * one.deviation + 1e-9)
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
 
 
@@ -129,7 +129,7 @@ def test_a_clamp_does_not_yield_less_than_a_rigid_one():
     truth, recording = recorded(GIVEN)
     given = {"clamp_compliance": 0.05, "theta": 0.02}
     found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances=given)
-    (adjusted,) = [one.adjusted for one in found.tolerances if one.of == "clamp_compliance"]
+    (adjusted,) = [one.size for one in found.estimates if one.parameter.of == "clamp_compliance"]
     assert adjusted >= 0.0
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
 

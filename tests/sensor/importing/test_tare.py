@@ -33,7 +33,8 @@ def signals():
 
 
 def tolerances_of(found):
-    return {one.of: one.tolerance for one in found.tolerances if one.of in ZEROS and one.stated}
+    stated = (one.parameter for one in found.estimates if one.parameter.stated)
+    return {one.of: one.deviation for one in stated if one.of in ZEROS}
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.parquet"])

@@ -31,66 +31,51 @@ SOUGHT, EXPLAINS = 3, 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tolerance:
-    """A quantity with a tolerance: its estimate from the recording.
+class Estimate:
+    """Estimate of a parameter from a recording.
 
     Attributes
     ----------
-    adjusted, deviation : float
-        By how much it is larger by the recording, and the standard deviation that remains.
-    wave : int
-        Number of the wave of a drift; 0 for all else.
+    size, deviation : float
+        By how much it is larger than given, and the standard deviation of that.
     """
 
-    name: str
-    of: str
-    tolerance: float
-    adjusted: float
+    parameter: Parameter
+    size: float
     deviation: float
-    wave: int = 0
-    stated: bool = True
 
     @property
     def surprise(self) -> float:
         """Distance of the recording from the given set-up, in standard deviations."""
-        known = 1.0 - (self.deviation / self.tolerance) ** 2
-        score = abs(self.adjusted) / self.tolerance
-        return float(score / np.sqrt(known)) if known > LITTLE else 0.0
+        tolerance = self.parameter.deviation
+        known = 1.0 - (self.deviation / tolerance) ** 2
+        return float(abs(self.size) / tolerance / np.sqrt(known)) if known > LITTLE else 0.0
 
     @property
     def far(self) -> bool:
         """Whether that is far."""
-        return not self.wave and self.surprise > FAR
+        return not self.parameter.wave and self.surprise > FAR
 
     def spelled(self, units: Units) -> str:
         """Format it in the user's units."""
-        adjusted, unit = told(self.of, self.adjusted, units)
-        deviation, tolerance = (
-            told(self.of, size, units)[0] for size in (self.deviation, self.tolerance)
-        )
+        of, given = self.parameter.of, self.parameter.deviation
+        size, unit = told(of, self.size, units)
+        deviation, tolerance = (told(of, one, units)[0] for one in (self.deviation, given))
         text = (
-            f"{self.name}: given to ± {tolerance:.3g} {unit}, off by {adjusted:+.3g} ± "
+            f"{self.parameter.name}: given to ± {tolerance:.3g} {unit}, off by {size:+.3g} ± "
             f"{deviation:.2g} {unit} according to the recording"
         )
         return text.replace("  ", " ").replace(" ,", ",")
 
 
-def tolerances_of(
-    parameters: Iterable[Parameter], adjusted: FloatArray, covariance: FloatArray
-) -> tuple[Tolerance, ...]:
+def estimates_of(
+    parameters: Iterable[Parameter], sizes: FloatArray, covariance: FloatArray
+) -> tuple[Estimate, ...]:
     """Estimates of parameters, by their sizes and the covariance of the remaining errors."""
     left = np.sqrt(np.diag(covariance))
     return tuple(
-        Tolerance(
-            name=one.name,
-            of=one.of,
-            tolerance=one.deviation,
-            adjusted=float(size),
-            deviation=float(deviation),
-            wave=one.wave,
-            stated=one.stated,
-        )
-        for one, size, deviation in zip(parameters, adjusted, left, strict=True)
+        Estimate(parameter=one, size=float(size), deviation=float(deviation))
+        for one, size, deviation in zip(parameters, sizes, left, strict=True)
     )
 
 
@@ -144,28 +129,23 @@ class Goodness:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cause:
+class Cause(Estimate):
     """What may be other than it was given, if its tolerance is lifted and no other one.
 
     Attributes
     ----------
-    size, deviation : float
-        By how much it is larger, and the standard deviation of that.
+    explained : float
+        Part of the misfit that it explains.
     """
 
-    name: str
-    of: str
-    size: float
-    deviation: float
     explained: float
 
     def spelled(self, units: Units) -> str:
         """Format the quantity and its change in the user's units."""
-        way = "larger" if self.size > 0.0 else "smaller"
-        size, unit = told(self.of, abs(self.size), units)
-        deviation, _ = told(self.of, self.deviation, units)
-        by = f"{size:.3g} ± {deviation:.1g} {unit}".rstrip()
-        return f"{self.name} {way} by {by} (explains {self.explained:.0%} of the misfit)"
+        way, of = "larger" if self.size > 0.0 else "smaller", self.parameter.of
+        size, unit = told(of, abs(self.size), units)
+        by = f"{size:.3g} ± {told(of, self.deviation, units)[0]:.1g} {unit}".rstrip()
+        return f"{self.parameter.name} {way} by {by} (explains {self.explained:.0%} of the misfit)"
 
 
 def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
@@ -200,8 +180,7 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
     likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -explained[k])
     return tuple(
         Cause(
-            name=fit.forward.parameters[k].name,
-            of=fit.forward.parameters[k].of,
+            parameter=fit.forward.parameters[k],
             size=float(size[k]),
             deviation=float(np.sqrt(off) * deviation[k]),
             explained=float(explained[k]),

@@ -169,7 +169,7 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
 def _bears_on_ratio(model: Identification) -> bool:
     """Whether what the model finds other than it was given may bear on the ratio of the forces."""
     uneven = model.goodness is not None and model.goodness.uneven
-    if uneven or any(one.far and one.of in BEARING for one in model.tolerances):
+    if uneven or any(one.far and one.parameter.of in BEARING for one in model.estimates):
         return True
-    elsewhere = any(one.explained > MOST and one.of not in BEARING for one in model.causes)
-    return not (model.fits or elsewhere)
+    elsewhere = (one.parameter.of not in BEARING for one in model.causes if one.explained > MOST)
+    return not (model.fits or any(elsewhere))

@@ -8,7 +8,7 @@ from vibrissa.errors import WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.fit import Fit, fitted, started
 from vibrissa.sensor.identification.forward import Forward
-from vibrissa.sensor.identification.goodness import Goodness, causes_of, tolerances_of
+from vibrissa.sensor.identification.goodness import Goodness, causes_of, estimates_of
 from vibrissa.sensor.identification.mixing import MISFIT, NearestStates
 from vibrissa.sensor.identification.periods import (
     Check,
@@ -65,14 +65,14 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
     fit = fitted(start)
     goodness = Goodness.of(fit)
     free = [one for one in fit.forward.parameters if one.deviation > 0.0]
-    tolerances = tolerances_of(free, fit.p[fit.free], fit.covariance)
-    doubted = not (goodness.fits and fit.settled) or any(one.far for one in tolerances)
+    estimates = estimates_of(free, fit.p[fit.free], fit.covariance)
+    doubted = not (goodness.fits and fit.settled) or any(one.far for one in estimates)
     periods = read_periods(fit)
     found = Identification(
         periods=periods.doubted(*_checks(fit, periods)),
         units=task.units,
         by_model=True,
-        tolerances=tolerances,
+        estimates=estimates,
         covariance=fit.covariance,
         slope=task.slope,
         goodness=goodness,

@@ -19,7 +19,7 @@ from vibrissa.errors import MixedColumnsError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.blocks import Blocks
-from vibrissa.sensor.identification.goodness import tolerances_of
+from vibrissa.sensor.identification.goodness import estimates_of
 from vibrissa.sensor.identification.parameters import BEARING, Parameter
 from vibrissa.sensor.identification.periods import (
     Check,
@@ -269,7 +269,7 @@ def read_ratio(task: Task) -> Identification:
         ),
         units=task.units,
         by_model=False,
-        tolerances=tolerances_of(parameters, np.zeros(len(parameters)), covariance[:-1, :-1]),
+        estimates=estimates_of(parameters, np.zeros(len(parameters)), covariance[:-1, :-1]),
         covariance=covariance,
         slope=task.slope,
     )

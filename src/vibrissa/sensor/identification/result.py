@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.identification.goodness import Cause, Goodness, Tolerance
+from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
@@ -64,10 +64,10 @@ class Identification(Tabular):
         Units of the results.
     by_model : bool
         Whether they were read by the model of the rod, and not by the ratio of the forces.
-    tolerances : tuple of Tolerance
-        Quantities with a tolerance, and their estimates.
+    estimates : tuple of Estimate
+        Of the deviations from the given set-up that have a tolerance.
     covariance : ndarray, shape (k, k)
-        Of the remaining errors of `tolerances`, and without a rod of how the forces curve.
+        Of the remaining errors of `estimates`, and without a rod of how the forces curve.
     slope : Slope
         Tolerance of the local slope of the surface.
     goodness : Goodness or None
@@ -81,7 +81,7 @@ class Identification(Tabular):
     periods: Periods
     units: Units
     by_model: bool
-    tolerances: tuple[Tolerance, ...]
+    estimates: tuple[Estimate, ...]
     covariance: FloatArray
     slope: Slope
     goodness: Goodness | None = None

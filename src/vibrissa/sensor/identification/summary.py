@@ -206,7 +206,7 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
 
 def _gained(effect: FloatArray, found: "Identification") -> dict[str, float]:
     """Variance that a value loses if one tolerance were exact."""
-    names, gained = [one.of for one in found.tolerances], {}
+    names, gained = [one.parameter.of for one in found.estimates], {}
     along = found.covariance @ effect
     for name in dict.fromkeys(names):
         rows = np.flatnonzero([one == name for one in names])
