@@ -205,5 +205,6 @@ def test_sizes_are_said_in_the_units_of_the_rod(response):
     cause = found_in(recording).causes[0]
     said = replace(cause, size=0.002, deviation=1e-5).spelled(whisker.units)
     assert said.startswith("moment_origin_x larger by 0.2 ± 0.001 mm (explains ")
-    turned = replace(cause, of="clamp_angle", size=-np.pi / 180, deviation=1e-4)
+    angle = replace(cause.parameter, of="clamp_angle")
+    turned = replace(cause, parameter=angle, size=-np.pi / 180, deviation=1e-4)
     assert "smaller by 1 ± 0.006 deg" in turned.spelled(whisker.units)
