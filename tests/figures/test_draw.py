@@ -219,8 +219,6 @@ def test_states_without_a_result_are_named_and_many_have_a_colourbar():
 def test_nothing_to_draw_is_refused(selection):
     with pytest.raises(ArgumentError, match="no rows to draw for taper figure with"):
         draw("taper", points(), selection)
-    with pytest.raises(ArgumentError, match="unknown kind of figure 'pie'; allowed: change, "):
-        draw("pie", points(), selection)
 
 
 @pytest.mark.parametrize(

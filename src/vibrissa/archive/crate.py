@@ -126,9 +126,7 @@ def _described(folder: Path, study: str, commit: str) -> ROCrate:
 
 def _author(crate: ROCrate, cited: Mapping[str, str]) -> ContextEntity:
     """Describe an author of CITATION.cff: a person with a family name, or an organization."""
-    person = "family-names" in cited
-    names = [cited.get("given-names"), cited.get("family-names")] if person else [cited["name"]]
-    name = " ".join(name for name in names if name)
-    properties = {"@type": "Person" if person else "Organization", "name": name}
-    identifier = cited.get("orcid") or cited.get("website") or f"#{name.replace(' ', '-')}"
-    return crate.add(ContextEntity(crate, identifier, properties))
+    name = " ".join(cited[key] for key in ("given-names", "family-names", "name") if key in cited)
+    kind = "Person" if "family-names" in cited else "Organization"
+    identifier = cited.get("orcid", f"#{name.replace(' ', '-')}")
+    return crate.add(ContextEntity(crate, identifier, {"@type": kind, "name": name}))

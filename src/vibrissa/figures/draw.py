@@ -47,10 +47,8 @@ def draw(
     Raises
     ------
     ArgumentError
-        If there are no such rows, the kind is unknown, or the script fails.
+        If there are no such rows, or the script fails.
     """
-    if kind not in KINDS and script is None:
-        raise ArgumentError(f"unknown kind of figure {kind!r}; allowed: {', '.join(sorted(KINDS))}")
     columns = table.schema.names if script else KINDS[kind].columns
     rows = query.frame(table, columns, _condition(selection))
     if rows.empty:

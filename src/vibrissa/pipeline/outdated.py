@@ -1,10 +1,8 @@
 """Whether the results of a study are current: made by this code from this study file."""
 
-import csv
 import subprocess
 import sys
 from collections.abc import Sequence
-from itertools import dropwhile
 from pathlib import Path
 
 from vibrissa.errors import ComparisonError
@@ -12,8 +10,8 @@ from vibrissa.pipeline.places import PAPER, SNAKEFILE
 from vibrissa.study.model import Study
 from vibrissa.tables import store
 
-# First column of Snakemake's table of files, and what it says of a file that it would not make.
-HEAD, CURRENT = "output_file", "no update"
+# What Snakemake says where it would make nothing.
+CURRENT = "Nothing to be done"
 
 
 def need_current(study: Study, study_file: Path, tables: Sequence[str] = ()) -> None:
@@ -33,18 +31,14 @@ def need_current(study: Study, study_file: Path, tables: Sequence[str] = ()) -> 
     files = [path for path in paths if path.is_file()]
     for path in files:
         store.need_study(path, study.part(path.stem))
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
-    command += ["--dry-run", "--summary", *map(str, files), "--configfile", str(study_file)]
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE), "--dry-run"]
+    command += [*map(str, files), "--configfile", str(study_file)]
     result = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    screen = " ".join(f"{result.stdout} {result.stderr}".split())
     if result.returncode:
-        reason = " ".join(f"{result.stdout} {result.stderr}".split())
-        raise ComparisonError(f"Snakemake cannot tell whether the results are current: {reason}")
-    # Above the table stands what Snakemake is doing.
-    lines = dropwhile(lambda line: not line.startswith(HEAD), result.stdout.splitlines())
-    rows = csv.DictReader(lines, delimiter="\t")
-    if rules := sorted({row["rule"] for row in rows if row["plan"] != CURRENT}):
+        raise ComparisonError(f"Snakemake cannot tell whether the results are current: {screen}")
+    if CURRENT not in screen:
         run = "make reproduce" if study_file == PAPER else f"make study STUDY={study_file}"
         raise ComparisonError(
-            "the results are older than the code or the study file (to be run: "
-            f"{', '.join(rules)}); run {run} first"
+            f"the results are older than the code or the study file; run {run} first"
         )

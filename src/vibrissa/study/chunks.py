@@ -79,22 +79,18 @@ def number_of_points(axes: Mapping[str, Values]) -> int:
 
 
 def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
-    """Return the values of the axes in n rows of a chunk; of a polynomial curvature the constant.
+    """Return the columns of the axes in n rows of a chunk, numbered in the order `ROW_ORDER`.
 
-    Rows are numbered from 0 in the order `ROW_ORDER`.
+    A polynomial curvature has its constant in one column, and the other coefficients in another.
     """
-    places = np.unravel_index(rows, [len(axes[axis]) for axis in ROW_ORDER])
-    return {
+    shape = [len(axes[axis]) for axis in ROW_ORDER]
+    places = dict(zip(ROW_ORDER, np.unravel_index(rows, shape), strict=True))
+    columns = {
         axis: np.array([sortable(value)[0] for value in axes[axis]])[place]
-        for axis, place in zip(ROW_ORDER, places, strict=True)
+        for axis, place in places.items()
     }
-
-
-def powers_at(axes: Mapping[str, Values], rows: Any) -> list[str | None]:
-    """Return the coefficients of s, s^2, ... of the natural curvature in some rows, as texts."""
-    places = np.unravel_index(rows, [len(axes[axis]) for axis in ROW_ORDER])
-    texts = [spell_powers(value) for value in axes["curvature"]]
-    return [texts[place] for place in places[ROW_ORDER.index("curvature")]]
+    powers = np.array([spell_powers(value) for value in axes["curvature"]], dtype=object)
+    return {**columns, "curvature_powers": powers[places["curvature"]]}
 
 
 def spell_powers(curvature: float | Sequence[float]) -> str | None:

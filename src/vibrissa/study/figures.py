@@ -19,12 +19,7 @@ from vibrissa.study.axes import (
 from vibrissa.study.sections import Mistakes, Section
 
 # What a figure is drawn from: key in the study file, and table. With an s the key is the section.
-TABLES = {
-    "grid": "stiction",
-    "scan": "scans",
-    "state": "states",
-    "comparison": "comparisons",
-}
+TABLES = {"grid": "stiction", "scan": "scans", "state": "states", "comparison": "comparisons"}
 # Keys of every figure.
 LOOK = ("kind", "caption", "size", "formats", "axes")
 # Function of a user's script that draws.
@@ -86,13 +81,14 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
 }
 
 
+_Limits: TypeAlias = tuple[FiniteFloat, FiniteFloat]
+
+
 class AxesKeys(Section):
     """Limits and scales of the axes of the first panel and of panels that share them."""
 
-    x: tuple[FiniteFloat, FiniteFloat] | None = Field(
-        default=None, description="limits, as in [1, 3]"
-    )
-    y: tuple[FiniteFloat, FiniteFloat] | None = Field(default=None, description="limits")
+    x: _Limits | None = Field(default=None, description="limits, as in [1, 3]")
+    y: _Limits | None = Field(default=None, description="limits")
     log: list[Literal["x", "y"]] = Field(
         default=[], description="axes with a logarithmic scale, as in [y]"
     )
@@ -157,8 +153,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     @property
     def names(self) -> list[str]:
         """Names of the grids, scans, states or comparisons of the figure."""
-        named: list[str] = in_list(getattr(self, self.source))
-        return named
+        return list(in_list(getattr(self, self.source)))
 
     def params(self) -> dict[str, Any]:
         """All inputs of the drawing, as plain values.

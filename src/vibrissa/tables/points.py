@@ -12,10 +12,10 @@ from vibrissa.outcomes import Contact, RodSection, Solver, Status
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
 from vibrissa.sticking.stiction import read_curves
 from vibrissa.study.axes import Values
-from vibrissa.study.chunks import columns_at, number_of_points, powers_at
+from vibrissa.study.chunks import columns_at, number_of_points
 from vibrissa.tables.records import array, state_values, table_of
 from vibrissa.tables.rods import rods_of, solve
-from vibrissa.tables.schemas import CURVATURE_POWERS, NUMBER, STICTION, TEXT
+from vibrissa.tables.schemas import NUMBER, STICTION, TEXT
 
 
 def solved_points(
@@ -64,7 +64,6 @@ def points_table(
     known = pa.array((status == Status.SLIP) | (status == Status.LOCK))
     columns = {
         **keys,
-        CURVATURE_POWERS.name: powers_at(axes, rows),
         "study": pa.repeat(study, len(rows)),
         "grid": pa.repeat(grid, len(rows)),
         "method": of_curves("method", TEXT),
