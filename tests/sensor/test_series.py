@@ -8,10 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steel import ROD, Given
+from steel import Given
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.sensor import series
-from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column
 
 COLUMNS = {
@@ -148,20 +147,6 @@ def test_a_file_that_cannot_be_is_refused_before_any_work(tmp_path):
     with pytest.raises(ValueError, match="length"):
         series.write(tmp_path / "b.csv", Given(COLUMNS | {"more": Column([1.0], "", "")}))
     assert not (tmp_path / "b.csv").exists()
-
-
-def test_a_column_is_told_in_the_units_that_a_person_wishes():
-    units = Units(ROD, wished={Kind.LENGTH: "mm", Kind.MOMENT: "N*mm"})
-    told = {unit: Column([1.0, 2.0], unit, "x").told(units) for unit in ("m", "N*m", "N", "1")}
-    assert [one.unit for one in told.values()] == ["mm", "N*mm", "N", "1"]
-    assert [list(one.values) for one in told.values()] == [[1e3, 2e3], [1e3, 2e3], [1, 2], [1, 2]]
-    assert {one.description for one in told.values()} == {"x"}
-
-
-def test_the_only_value_of_a_column_is_a_text():
-    assert Column([0.1234567891], "mm", "").text == "0.12345679 mm"
-    assert Column([0.3], "1", "").text == "0.3"
-    assert Column(["slip"], "", "").text == "slip"
 
 
 def test_a_result_is_a_frame_with_its_units():

@@ -64,28 +64,35 @@ class WhiskerOnset(Tabular):
 
     def __repr__(self) -> str:
         """Print a line for each quantity, in the units of the rod."""
-        columns = self.columns()
-        width = max(len(column.description) for column in columns.values()) + 2
-        return "\n".join(
-            f"{column.description:<{width}}{column.told(self.units).text}"
-            for column in columns.values()
-        )
+        onset = self.onset
+        lines = {
+            "status": onset.status.value,
+            "meaning of the status": onset.message,
+            "critical friction, mu_lock": f"{onset.mu_lock:.8g}",
+        }
+        lines |= {what: self.units.spelled(size, kind, 8) for _, size, kind, what in self._known()}
+        width = max(map(len, lines)) + 2
+        return "\n".join(f"{what:<{width}}{text}" for what, text in lines.items())
 
     def columns(self) -> dict[str, Column]:
         """Table of one row, with units: onset of slip, or lateral buckling."""
         onset, units = self.onset, self.units
-        columns = {
+        return {
             "status": Column([onset.status.value], "", "status"),
             "message": Column([onset.message], "", "meaning of the status"),
             "mu_lock": Column([onset.mu_lock], "1", "critical friction, mu_lock"),
+        } | {
+            name: Column([size * units.unit(kind)], units.name(kind), what)
+            for name, size, kind, what in self._known()
         }
-        for name, size, kind, what in self._measured():
-            if np.isfinite(value := float(size)):
-                columns[name] = Column([value * units.unit(kind)], units.name(kind), what)
-        return columns
+
+    def _known(self) -> list[tuple[str, float, Kind, str]]:
+        """Name, value, kind and description of what is known."""
+        found = [(name, float(size), kind, what) for name, size, kind, what in self._measured()]
+        return [one for one in found if np.isfinite(one[1])]
 
     def _measured(self) -> Iterator[tuple[str, float, Kind, str]]:
-        """Name, value, kind and description of what can be measured, as far as it is known."""
+        """Name, value, kind and description of what can be measured; NaN where it is not known."""
         onset, state, when = self.onset, self.onset.slip, ""
         if onset.end == End.SWINGS_ASIDE:
             state, when = onset.trail, " when the trailing tip slips"

@@ -9,7 +9,7 @@ import re
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -19,7 +19,6 @@ from vibrissa.errors import ArgumentError, OtherTableError, RecordingError
 from vibrissa.extras import require
 from vibrissa.files import write_atomically
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
-from vibrissa.sensor.quantities import Units
 from vibrissa.wording import counted
 
 if TYPE_CHECKING:
@@ -52,20 +51,6 @@ class Column:
     values: Sequence[Any] | FloatArray | IntArray | StrArray
     unit: str
     description: str
-
-    def told(self, units: Units) -> "Column":
-        """Convert to the user's units."""
-        for kind in units.wished:
-            if self.unit == units.name(kind):
-                factor, name = units.told(1.0, kind)
-                return replace(self, values=np.asarray(self.values) * factor, unit=name)
-        return self
-
-    @property
-    def text(self) -> str:
-        """Its only value, with its unit."""
-        (value,) = self.values
-        return f"{value:.8g} {self.unit}".removesuffix(" 1") if self.unit else str(value)
 
 
 def check_ending(path: Path, endings: Sequence[str] = ENDINGS) -> None:

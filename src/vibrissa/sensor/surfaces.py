@@ -214,10 +214,9 @@ def _read_patches(text: str, units: Units) -> Surface:
 
 def _read_profile(path: Path, units: Units) -> Surface:
     table = series.read(path, ["x", "mu0"])
-    for name, values in table.columns.items():
-        missing = np.isnan(values)
-        if missing.any():
-            raise RecordingError(f"{table.place(int(np.argmax(missing)))}: {name} is missing")
+    missing = np.isnan(table.columns["x"] + table.columns["mu0"])
+    if missing.any():
+        raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or mu0 is missing")
     factor = units.column_factor(table.units.get("x", "L"), Kind.LENGTH, f"{path}: x")
     return profile(table.columns["x"] * factor, table.columns["mu0"])
 

@@ -214,14 +214,14 @@ FORCE = {"force_x": "Fx [N]"}
         (
             {},
             {},
-            ["there is no column footpoint", "none of force_x", "are: t, x, Fx, Fy (--titles"],
+            ["there is no column footpoint", "none of force_x", "the columns are: t, x, Fx, Fy"],
         ),
         (
             {"time": "t [s]"},
             {},
             ["there is no column footpoint", "or --speed", "none of force_x"],
         ),
-        ({"force_x": "Fz"}, {}, ["no column Fz", "the columns are: t, x, Fx, Fy (--titles"]),
+        ({"force_x": "Fz"}, {}, ["no column Fz", "the columns are: t, x, Fx, Fy"]),
         ({"force_x": "Fx", "footpoint": "x"}, {}, ["Fx has no unit", "x has no unit"]),
         ({"force_x": "Fx [mm]"}, {}, ["column Fx must have a unit of force, such as N, got 'mm'"]),
         ({"fx": "Fx"}, {}, ["column must be one of time, footpoint"]),
@@ -234,7 +234,6 @@ FORCE = {"force_x": "Fx [N]"}
         ({"force_x": "Fx"}, {"turn": "1 deg"}, ["Fx has no unit", "there is no column force_y"]),
         (TITLED, {"moment_origin": "1 mm"}, ["moment_origin must be two values"]),
         (TITLED, {"begin": "4"}, ["from must be a time or a clamp position"]),
-        (TITLED, {"titles": 99}, ["no table"]),
         (TITLED, {"decimal": ";"}, ["decimal: input should be '.' or ','"]),
         (TITLED, {"speeed": "1"}, ["there is no key speeed; did you mean speed?"]),
     ],
@@ -283,7 +282,7 @@ def test_times_that_are_none_are_named(time, message):
     ("text", "message"),
     [
         ("colums = {}", "there is no key colums; did you mean column?"),
-        ("titles = true", "line 1 has not one title for each of the 4 columns"),
+        ('decimal = ";"', "decimal: input should be '.' or ','"),
         ("speed = 3", "speed"),
     ],
 )

@@ -104,14 +104,14 @@ def test_a_leading_zero_is_before_decimals():
         (lambda lines: [*lines, "0,05;1", *lines[1:]], "line 6: 2 values, but line 2 has 3"),
         (lambda lines: [*lines, "0,05;1;2;3", *lines[1:], "1"], "6: 4 values.*\n.*11: 1 value,"),
         (lambda lines: [*lines, "Pause;;", *lines[1:]], "line 6: footpoint .* got 'Pause'"),
-        (lambda lines: ["Weg;Fx", *lines[1:]], "the columns are: #1, #2, #3 .--titles"),
-        (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "#2, #3 .--titles names another line"),
+        (lambda lines: ["Weg;Fx", *lines[1:]], "the columns are: #1, #2, #3$"),
+        (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "the columns are: #1, #2, #3$"),
         (lambda lines: lines[1:], "no column Weg"),
         (lambda lines: lines[:2], "no table of 2 columns and 3 rows"),
         (lambda lines: ["Weg;Fx;Fx", *lines[1:]], "several columns are called Fx"),
         (
             lambda lines: [line.replace(";", ",") for line in lines],
-            "the columns are: #1, #2, #3, #4, #5, #6 ",
+            "the columns are: #1, #2, #3, #4, #5, #6$",
         ),
         (
             lambda lines: [*lines, *lines[1:], '0,05;"1;2', *lines[1:]],
@@ -129,7 +129,7 @@ def test_columns_without_titles_have_numbers():
     text = "\n".join(written(";", ",").split("\n")[1:])
     numbered = {"footpoint": "#1 [mm]", "force_x": "-#2 [N]", "force_y": "#3 [N]"}
     assert read(text, numbered)[:, 1] == pytest.approx(-np.array(ROWS)[:, 1])
-    assert read(f"a;b\n{text}", numbered, titles=0)[:, 1] == pytest.approx(-np.array(ROWS)[:, 1])
+    assert read(f"a;b\n{text}", numbered)[:, 1] == pytest.approx(-np.array(ROWS)[:, 1])
     with pytest.raises(RecordingError, match="no column #4"):
         read(text, numbered | {"force_y": "#4 [N]"})
 
@@ -141,11 +141,6 @@ def test_columns_of_words_and_empty_columns_do_no_harm():
     trailing = "\n".join([lines[0], *(line + ";" for line in lines[1:])])
     assert read(trailing) == pytest.approx(np.array(ROWS))
     assert read("\n".join([lines[0] + ";;", *lines[1:]])) == pytest.approx(np.array(ROWS))
-
-
-def test_the_line_of_the_titles_may_be_told():
-    text = "a;b;c\n" + "1;2;3\n" * 8 + "\n" + written(";", ",", units=True)
-    assert read(text, titles=11) == pytest.approx(np.array(ROWS))
 
 
 def test_comments_may_be_anywhere_and_hold_the_titles():

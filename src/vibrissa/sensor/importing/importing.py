@@ -113,8 +113,9 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
         If it cannot be read as a recording, or in more than one way; a line for each error.
     """
     text = decoded(data, name)
-    layout = layout_of(text, name, settings.decimal, settings.titles)
-    found, values = _read(layout, name, settings)
+    layout = layout_of(text, name, settings.decimal)
+    found = _columns(layout, name, settings)
+    values = _values(found, layout, name, settings.rate)
     if settings.turn:
         values = turned(values, settings.turn)
     if any(settings.moment_origin):
@@ -139,13 +140,13 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
     return Imported(values=values, zeros=zeros, notes=tuple(notes), units=units)
 
 
-def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, FileColumn], Values]:
-    """Read the columns of a recording in SI units; all errors are reported together."""
+def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileColumn]:
+    """Find the columns of a recording; all errors are reported together."""
     found, errors = {}, []
-    for target in KINDS:
+    for target in [one for one in KINDS if one not in settings.made]:
         source = settings.column.get(target, target)
         try:
-            one = None if target in settings.made else layout.column(target, source)
+            one = layout.column(target, source)
         except ArgumentError as error:
             errors.append(str(error))
             continue
@@ -162,24 +163,24 @@ def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, File
             "'force_x=title [N]'"
         )
     if errors:
-        there = ", ".join(layout.titles)
-        errors.append(f"the columns are: {there} (--titles names another line of titles)")
-    errors = [f"{name}: {error}" for error in errors]
+        errors.append(f"the columns are: {', '.join(layout.titles)}")
+        raise RecordingError("\n".join(f"{name}: {error}" for error in errors))
+    return found
+
+
+def _values(found: dict[str, FileColumn], layout: Layout, name: str, rate: float | None) -> Values:
+    """Read columns in SI units."""
     cells = {target: layout.cells[one.number] for target, one in found.items()}
-    try:
-        values = numbers(cells, name, layout.decimal)
-    except RecordingError as error:
-        raise RecordingError("\n".join([*errors, str(error)])) from None
-    values = {target: found[target].factor * each for target, each in values.items()}
-    if "time" in values:
-        late = layout.cells.index[1:][~(np.diff(values["time"]) > 0.0)]
+    read = numbers(cells, name, layout.decimal)
+    values = {target: found[target].factor * each for target, each in read.items()}
+    if rate is not None:
+        return {"time": np.arange(len(layout.cells)) / rate, **values}
+    late = ~(np.diff(values.get("time", np.empty(0))) > 0.0)
+    if late.any():
         why = "time does not increase; --rate replaces it"
-        errors += [listed(f"{name}, line {line}: {why}" for line in late)] if len(late) else []
-    if errors:
-        raise RecordingError("\n".join(errors))
-    if settings.rate is not None:
-        values = {"time": np.arange(len(layout.cells)) / settings.rate, **values}
-    return found, values
+        lines = layout.cells.index[1:][late]
+        raise RecordingError(listed(f"{name}, line {line}: {why}" for line in lines))
+    return values
 
 
 def _inside(values: Values, begin: Place | None, end: Place | None) -> BoolArray:

@@ -139,12 +139,6 @@ def title_of(text: str, kind: Kind) -> tuple[str, str]:
     return (parts[1], parts[2]) if parts and unit_size(parts[2], kind) else (text, "")
 
 
-def is_unit(cell: str) -> bool:
-    """Whether a cell is a unit of a channel, or a mark for "no unit"."""
-    unit = cell.strip("[]() ")
-    return unit in NO_UNIT or any(unit_size(unit, kind) for kind in KINDS.values())
-
-
 def decoded(data: bytes, name: str) -> str:
     """Decode a text file: UTF-8, UTF-16 with its mark, or else the Western letters of Windows.
 
@@ -163,9 +157,7 @@ def decoded(data: bytes, name: str) -> str:
     return text.replace("−", "-")
 
 
-def layout_of(
-    text: str, name: str, decimal: str | None = None, title_line: int | None = None
-) -> Layout:
+def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
     """Find the table in a text.
 
     Raises
@@ -174,8 +166,8 @@ def layout_of(
         If there is no table, or more than one reading of it; the message has the choices to type.
     """
     lines = lines_of(text)
-    below = lines[~lines.str.match(COMMENT) & (lines.index > (title_line or 0))].head(SAMPLE)
-    tried = {one: _block(below, one) for one in SEPARATORS}
+    sample = lines[~lines.str.match(COMMENT)].head(SAMPLE)
+    tried = {one: _block(sample, one) for one in SEPARATORS}
     separator = max(tried, key=lambda one: tried[one][1])
     first, share = tried[separator]
     if not share:
@@ -193,12 +185,7 @@ def layout_of(
     decimal = decimal or _decimal(cells, name)
     heads = _heads(above, sign, cells)
     units_at = max((line for line, head in heads.items() if _are_units(head)), default=0)
-    named = max((line for line in heads if line != units_at), default=0)
-    titles_at = named if title_line is None else title_line
-    if titles_at and titles_at not in heads:
-        raise RecordingError(
-            f"{name}, line {titles_at} has not one title for each of the {cells.shape[1]} columns"
-        )
+    titles_at = max((line for line in heads if line != units_at), default=0)
     head = f"titles in line {titles_at}" if titles_at else "no titles"
     head += f", units in line {units_at}" if units_at else ""
     size = f"{counted(len(cells), 'row')} from line {first} on"
@@ -286,4 +273,6 @@ def _heads(above: "Series[str]", sign: str, rows: "DataFrame") -> dict[int, list
 
 
 def _are_units(cells: list[str]) -> bool:
-    return all(map(is_unit, cells)) and any(cell not in NO_UNIT for cell in cells)
+    """Whether cells are units of channels, or marks for "no unit", but not all such marks."""
+    units = {cell.strip("[]() ") for cell in cells}.difference(NO_UNIT)
+    return bool(units) and all(any(unit_size(u, kind) for kind in KINDS.values()) for u in units)

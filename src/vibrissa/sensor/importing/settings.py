@@ -70,8 +70,6 @@ class Settings(Keyed):
     """Last sample to take: '40 s'. With --speed, when the stage stops."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, '.' or ','. Found by default."""
-    titles: int | None = Field(None, ge=0)
-    """Line of the titles; 0 for none. Found by default."""
 
     @property
     def made(self) -> set[str]:

@@ -56,16 +56,11 @@ class SlipLaw(StrEnum):
     ENERGY = "energy"
 
 
-def _bernstein(t: FloatArray) -> FloatArray:
-    """Bernstein polynomials of the degree at parts `t` of a cell, one row for each part."""
-    k = np.arange(DEGREE + 1)
-    return np.asarray(comb(DEGREE, k) * t[:, None] ** k * (1.0 - t[:, None]) ** (DEGREE - k))
-
-
 # Where in a cell, as parts of it, friction and forces are evaluated: never at its ends, where
-# friction may jump. Values there to coefficients.
+# friction may jump. Values there to coefficients of Bernstein polynomials.
 NODES = 0.5 + 0.5 * chebpts1(DEGREE + 1)
-COEFFICIENTS = np.linalg.inv(_bernstein(NODES))
+_K, _T = np.arange(DEGREE + 1), NODES[:, None]
+COEFFICIENTS = np.linalg.inv(comb(DEGREE, _K) * _T**_K * (1.0 - _T) ** (DEGREE - _K))
 
 
 @dataclass(frozen=True, kw_only=True)
