@@ -13,7 +13,7 @@ from vibrissa.tables.query import Readable
 
 # Those of a study that are compared.
 TABLES = ("stiction", "scans", "states")
-_ROD = ["theta", "eta", *MOUNTING_AXES, schemas.CURVATURE_POWERS.name]
+_ROD = ["theta", "eta", *MOUNTING_AXES, "curvature_powers"]
 # How the steps of a cycle become one row.
 _CYCLE = {
     "status": ("status", "last"),

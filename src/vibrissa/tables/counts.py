@@ -5,11 +5,11 @@ from collections.abc import Mapping
 
 from vibrissa.errors import TableError
 from vibrissa.outcomes import Status
+from vibrissa.study.axes import AXES
 from vibrissa.tables import query
-from vibrissa.tables.schemas import CURVATURE_POWERS, MOUNTING, POINT
 from vibrissa.wording import counted
 
-_SCAN = ("scan", *(column.name for column in (*POINT, *MOUNTING, CURVATURE_POWERS)), "status")
+_SCAN = ("scan", *AXES, "curvature_powers", "status")
 _NOUNS = {
     "stiction": "grid point",
     "scans": "scan",

@@ -12,15 +12,7 @@ from vibrissa.outcomes import Solver, Status
 from vibrissa.sticking.piece import StickingState
 from vibrissa.study.axes import AXES, Value, sortable
 from vibrissa.study.chunks import spell_powers
-from vibrissa.tables.schemas import (
-    COMPARISONS,
-    CURVATURE_POWERS,
-    SCANS,
-    SHAPE,
-    STATE,
-    STATES,
-    WHOLE,
-)
+from vibrissa.tables.schemas import COMPARISONS, SCANS, SHAPE, STATE, STATES, WHOLE
 
 # Only their attributes are read: a job need not depend on how the others' results are computed.
 if TYPE_CHECKING:
@@ -63,7 +55,7 @@ def scan_table(
         "method": [method] * n,
         "scan": [name] * n,
         **{axis: np.full(n, sortable(point[axis])[0]) for axis in AXES},
-        CURVATURE_POWERS.name: [spell_powers(point["curvature"])] * n,
+        "curvature_powers": [spell_powers(point["curvature"])] * n,
         "status": [scan.status] * n,
     }
     values = {

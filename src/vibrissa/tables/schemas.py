@@ -5,7 +5,7 @@ from importlib.resources import files
 
 import pyarrow as pa
 
-from vibrissa.study.axes import AXES, MOUNTING_AXES
+from vibrissa.study.axes import AXES
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
 SCHEMA_VERSION = "7"
@@ -106,14 +106,14 @@ def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
     return pa.schema(fields, {"vibrissa.table": table, "vibrissa.schema": SCHEMA_VERSION})
 
 
-_POINT = " ".join(name for name in AXES if name not in MOUNTING_AXES)
-_MOUNTING = " ".join(MOUNTING_AXES)
+# The axes, and the coefficients of a polynomial curvature.
+_POINT = f"{' '.join(AXES)} curvature_powers"
 _SHAPE = "shape_s shape_x shape_y shape_phi"
 STATE = tuple(_field(name, entry) for name, entry in DICTIONARY["state"].items())
 
 STICTION = _schema(
     "stiction",
-    f"study method grid {_POINT} {_MOUNTING} curvature_powers",
+    f"study method grid {_POINT}",
     "status message contact x0_slip x0_max n_steps mu_lock x0_lock",
     _state("_init", ", at α = 0"),
     _state("_last", ", in the last sticking state on the step grid", NO_SLIP),
@@ -126,7 +126,7 @@ STICTION = _schema(
 )
 SCANS = _schema(
     "scans",
-    f"study method scan {_POINT} {_MOUNTING} curvature_powers",
+    f"study method scan {_POINT}",
     "status cycle step phase footpoint x0 x1",
     _state(),
     f"residual {_SHAPE}",
@@ -149,9 +149,6 @@ CLAIMS = _schema(
     "quantity_name quantity_value quantity_unit verdict reason",
 )
 
-POINT = tuple(STICTION.field(name) for name in _POINT.split())
-MOUNTING = tuple(STICTION.field(name) for name in _MOUNTING.split())
-CURVATURE_POWERS = STICTION.field("curvature_powers")
 SHAPE = tuple(SCANS.field(name) for name in _SHAPE.split())
 # By name: the tables of a study.
 TABLES = {
