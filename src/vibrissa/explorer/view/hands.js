@@ -21,11 +21,9 @@ function dragged(node, begin) {
     node.setPointerCapture(event.pointerId);
   });
   node.addEventListener("pointermove", (event) => move?.(event));
-  for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
-    node.addEventListener(end, () => {
-      move = null;
-    });
-  }
+  node.addEventListener("lostpointercapture", () => {
+    move = null;
+  });
 }
 
 /**
@@ -112,14 +110,9 @@ export function listenToFiles(explorer) {
   };
   const input = /** @type {HTMLInputElement} */ (explorer.at("file"));
   input.addEventListener("change", () => read(input.files?.[0]));
-  root.addEventListener("dragover", (event) => {
-    event.preventDefault();
-    root.classList.add("dropping");
-  });
-  root.addEventListener("dragleave", () => root.classList.remove("dropping"));
+  root.addEventListener("dragover", (event) => event.preventDefault());
   root.addEventListener("drop", (event) => {
     event.preventDefault();
-    root.classList.remove("dropping");
     read(event.dataTransfer?.files[0]);
   });
   const drawing = () => asSvg(root, explorer.summary());

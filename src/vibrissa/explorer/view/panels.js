@@ -31,7 +31,9 @@ export class StickingPlot {
   /** @param {View} view */
   show({ settings, units, sticking, curve, now, pins }) {
     const { plot } = this;
-    const [{ path }, { mu0 }, { length }] = [sticking, settings, units.scale];
+    const { path } = sticking;
+    const { mu0 } = settings;
+    const { length } = units.scale;
     const peaks = [path.muLock, ...pins.map(({ curve }) => Math.max(...curve.demand))];
     const ends = [path.x0End, ...pins.map(({ curve }) => curve.x0[curve.x0.length - 1])];
     const top = 1.22 * Math.max(mu0, ...peaks.map((peak) => (Number.isFinite(peak) ? Math.min(peak, 2.5) : 1)));
@@ -95,7 +97,7 @@ export class SignalPlot {
   show({ units, sticking, curve, now, trace, recording }) {
     const { plot, name } = this;
     const quantity = name === "m" ? "moment" : "force";
-    const [factor, length] = [units.scale[quantity], units.scale.length];
+    const { length, [quantity]: factor } = units.scale;
     const symbol = { fx: "Fx", fy: "Fy", m: "M" }[name];
     plot.axes = { x: ["clamp", units.name.length], y: [symbol, units.name[quantity]] };
     const places = [...trace.map((row) => row.clamp), ...(recording?.clamp ?? [])].filter(Number.isFinite);
@@ -132,7 +134,8 @@ export class RegimePlot {
   /** @param {View} view */
   show({ settings, divisions }) {
     const { plot } = this;
-    const [theta, lock] = [divisions.map((row) => row.theta), divisions.map((row) => row.lock)];
+    const theta = divisions.map((row) => row.theta);
+    const lock = divisions.map((row) => row.lock);
     const top = Math.max(0.6, 1.3 * settings.mu0, Math.min(2, 1.35 * Math.max(0, ...lock.filter(Number.isFinite))));
     const right = settings.theta > 8 ? 20 : 8;
     plot.setFrame({ left: 1, right, low: 0, high: Math.ceil(10 * top) / 10 });
@@ -157,7 +160,7 @@ export class EnergyPlot {
   /** @param {View} view */
   show({ units, sticking, curve, now }) {
     const { plot } = this;
-    const [length, factor] = [units.scale.length, units.scale.energy];
+    const { length, energy: factor } = units.scale;
     plot.axes = { x: ["x0", units.name.length], y: ["energy", units.name.energy] };
     const { low, high } = sticking;
     const right = high + 0.25 * (high - low);

@@ -72,18 +72,11 @@ export class Parts {
 export function pathThrough(x, y) {
   const parts = [];
   let pen = "M";
-  let [lastX, lastY] = [NaN, NaN];
   for (let i = 0; i < x.length; i += 1) {
-    // A tenth of a pixel is enough; points that then are the same are one.
-    const [px, py] = [Math.round(10 * x[i]) / 10, Math.round(10 * y[i]) / 10];
-    if (!Number.isFinite(px) || !Number.isFinite(py)) {
-      pen = "M";
-      lastX = NaN;
-    } else if (px !== lastX || py !== lastY) {
-      parts.push(pen, px, " ", py);
-      pen = "L";
-      [lastX, lastY] = [px, py];
-    }
+    const seen = Number.isFinite(x[i]) && Number.isFinite(y[i]);
+    // A tenth of a pixel is enough.
+    if (seen) parts.push(pen, Math.round(10 * x[i]) / 10, " ", Math.round(10 * y[i]) / 10);
+    pen = seen ? "L" : "M";
   }
   return parts.length ? parts.join("") : "M0 0";
 }

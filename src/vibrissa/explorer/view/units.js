@@ -21,12 +21,18 @@ function scalesOf({ modulus, diameter, length }) {
 /** Units of a rod: mm, mN and µN·m, or N and N·mm where the forces are large. @type {(whisker: Whisker) => Units} */
 export function unitsOf(whisker) {
   const { length, force, moment } = scalesOf(whisker);
-  const [large, heavy] = [force >= 0.1, moment >= 0.1];
-  const [pull, work] = [large ? force : 1e3 * force, heavy ? moment : 1e3 * moment];
-  const [moments, energies] = heavy ? ["N·mm", "mJ"] : ["µN·m", "µJ"];
+  const forces = force >= 0.1 ? { scale: force, name: "N" } : { scale: 1e3 * force, name: "mN" };
+  const isHeavy = moment >= 0.1;
+  const work = isHeavy ? moment : 1e3 * moment;
   return {
-    scale: { ...NONDIMENSIONAL.scale, length, force: pull, moment: work, energy: work },
-    name: { ...NONDIMENSIONAL.name, length: "mm", force: large ? "N" : "mN", moment: moments, energy: energies },
+    scale: { ...NONDIMENSIONAL.scale, length, force: forces.scale, moment: work, energy: work },
+    name: {
+      ...NONDIMENSIONAL.name,
+      length: "mm",
+      force: forces.name,
+      moment: isHeavy ? "N·mm" : "µN·m",
+      energy: isHeavy ? "mJ" : "µJ",
+    },
   };
 }
 
