@@ -7,10 +7,8 @@ proportional limit of polymers, and fracture of brittle materials.
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import Field
-
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.keys import Card
+from vibrissa.sensor.keys import Card, Positive
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.setup import Setup
 
@@ -18,8 +16,6 @@ from vibrissa.sensor.setup import Setup
 OTHER = 1.5
 # A rod of which the modulus alone is known is made of a material whose modulus differs less.
 ALIKE = 0.1
-
-Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
 class Material(Card):
@@ -35,9 +31,9 @@ class Material(Card):
         In kg/m³.
     """
 
-    modulus: Annotated[Size, Kind.STRESS]
-    yield_strain: Size
-    density: Annotated[Size | None, Kind.DENSITY] = None
+    modulus: Annotated[Positive, Kind.STRESS]
+    yield_strain: Positive
+    density: Annotated[Positive | None, Kind.DENSITY] = None
 
     def with_modulus(self, modulus: float) -> Self:
         """Give the same material with a measured modulus; it yields at the same stress.

@@ -15,7 +15,7 @@ from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.keys import Keyed, read_keys, with_options
+from vibrissa.sensor.keys import Keyed, NotNegative, Positive, read_keys, with_options
 from vibrissa.sensor.quantities import Kind, Measured, channels_of, is_number, range_of
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
@@ -88,9 +88,7 @@ FRICTIONS = 5
 SIZES = ("theta", "eta", "diameter", "length")
 SOLD = {"theta": TAPERS, "diameter": DIAMETERS, "length": LENGTHS}
 
-Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-Least = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Factor = Annotated[float, Field(ge=1.0, allow_inf_nan=False), Kind.NUMBER]
+Factor = Annotated[float, Field(ge=1.0), Kind.NUMBER]
 Part = Annotated[float, Field(gt=0.0, lt=1.0)]
 Taper = Annotated[float, Field(ge=1.0, le=MOST_TAPER)]
 
@@ -102,28 +100,28 @@ class Requirements(Keyed):
     `mu0` the ends of its range.
     """
 
-    mu0: Annotated[tuple[Size, ...], Kind.NUMBER]
+    mu0: Annotated[tuple[Positive, ...], Kind.NUMBER]
     """Friction coefficients to be measured: '0.2 to 0.4'."""
-    step: Annotated[Size, Kind.LENGTH]
+    step: Annotated[Positive, Kind.LENGTH]
     """Step of the stage: '20 um'."""
     theta: Annotated[tuple[Taper, ...], Kind.NUMBER] = TAPERS
     """Taper, as made: a value, a list or a range; by default from 1 to 10."""
-    length: Annotated[tuple[Size, ...], Kind.LENGTH] = LENGTHS
+    length: Annotated[tuple[Positive, ...], Kind.LENGTH] = LENGTHS
     """Length of the rod: a value, a list or a range; by default from 20 to 200 mm."""
     eta: Annotated[tuple[Part, ...], Kind.NUMBER] = HEIGHTS
     """Height in units of the length, or '85 mm': a value, a list or a range; by default from 0.5
     to 0.98."""
-    diameter: Annotated[tuple[Size, ...], Kind.LENGTH] = DIAMETERS
+    diameter: Annotated[tuple[Positive, ...], Kind.LENGTH] = DIAMETERS
     """Diameter at the clamp, as sold: a value, a list or a range; by default from 0.1 to 10 mm."""
-    tip: Annotated[Least, Kind.LENGTH] = 1e-4
+    tip: Annotated[NotNegative, Kind.LENGTH] = 1e-4
     """Least diameter of the tip; by default 0.1 mm."""
     safety: Factor = 1.5
     """Least ratio of yield strain to largest strain."""
-    steps: Annotated[Size, Kind.NUMBER] = 10.0
+    steps: Annotated[Positive, Kind.NUMBER] = 10.0
     """Least number of steps in a period of sticking."""
     load: Annotated[Part, Kind.NUMBER] = 0.8
     """Largest part of the transducer's range that is used."""
-    spacing: Annotated[Size, Kind.LENGTH] = np.inf
+    spacing: Annotated[Positive, Kind.LENGTH] = np.inf
     """Largest clamp travel between two measurements: '5 mm'."""
     setup: Setup
 

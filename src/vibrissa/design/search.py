@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from vibrissa.design.candidate import Candidate, Limit, limits_of
+from vibrissa.design.candidate import Candidate, limits_of
 from vibrissa.design.pairs import survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.sensor.quantities import Kind
@@ -55,11 +55,6 @@ class Design:
     rods: list[Candidate]
 
     @property
-    def checks(self) -> list[Limit]:
-        """Every constraint on the best rod, the most used first."""
-        return self.best.checks
-
-    @property
     def alternatives(self) -> list[Candidate]:
         """The best rod of each taper, the best first."""
         first: dict[float, Candidate] = {}
@@ -71,7 +66,7 @@ class Design:
     def active_constraints(self) -> list[str]:
         """Constraints that are nearly used up, or violated if there is no rod; the most first."""
         least = USED_UP if self.status is DesignStatus.FOUND else 1.0 + ROUNDING
-        return [check.name for check in self.checks if check.use >= least]
+        return [check.name for check in self.best.checks if check.use >= least]
 
     def __repr__(self) -> str:
         """Format the rod, its uncertainty, its constraints, and the uncertainty of other tapers."""
@@ -124,7 +119,7 @@ class Design:
 
     def _limits(self) -> list[str]:
         rows = [("constraint", "value", "bound", "used")]
-        for check in self.checks:
+        for check in self.best.checks:
             value, bound = (
                 self._shown(size, check.kind) for size in (float(check.value), check.bound)
             )

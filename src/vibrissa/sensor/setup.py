@@ -15,7 +15,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.keys import Keyed
+from vibrissa.sensor.keys import Keyed, Positive
 from vibrissa.sensor.quantities import (
     SI_UNITS,
     Kind,
@@ -76,7 +76,7 @@ class Setup(Keyed):
     """Standard deviations of the noise in force_x, force_y and moment_z: '3 mN, 3 mN, 10 uN*m'."""
     material: str | None = None
     """Material of the rod, such as music-wire, or a file (.toml)."""
-    yield_strain: float | None = Field(None, gt=0.0)
+    yield_strain: Positive | None = None
     """Yield strain, without a modulus in units of d0/L."""
     density: Annotated[Measured | None, Kind.DENSITY] = None
     """Density of the material: '7800 kg/m^3'."""

@@ -8,17 +8,15 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.keys import Card
+from vibrissa.sensor.keys import Card, NotNegative, Positive
 from vibrissa.sensor.quantities import Units, channels_of
 
 CHANNELS = ("force_x", "force_y", "moment_z")
-
-Size = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Most = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Sizes = tuple[NotNegative, NotNegative, NotNegative]
 
 
 def _in_si(text: Any, info: ValidationInfo) -> Any:
@@ -41,9 +39,9 @@ class Transducer(Card):
         Standard deviation of the normal noise of one reading; by default one step.
     """
 
-    limit: Annotated[tuple[Most, Most, Most], BeforeValidator(_in_si)]
-    resolution: Annotated[tuple[Size, Size, Size], BeforeValidator(_in_si)]
-    noise: Annotated[tuple[Size, Size, Size], BeforeValidator(_in_si)]
+    limit: Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_in_si)]
+    resolution: Annotated[Sizes, BeforeValidator(_in_si)]
+    noise: Annotated[Sizes, BeforeValidator(_in_si)]
 
     @model_validator(mode="before")
     @classmethod

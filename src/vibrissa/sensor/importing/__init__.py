@@ -3,7 +3,6 @@
 What the file leaves open is found and reported; an ambiguous file is rejected.
 """
 
-from vibrissa.sensor.importing.importing import Imported, import_recording
-from vibrissa.sensor.importing.settings import Settings
+from vibrissa.sensor.importing.importing import Imported, Settings, import_recording
 
 __all__ = ["Imported", "Settings", "import_recording"]
