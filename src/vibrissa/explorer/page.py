@@ -86,7 +86,7 @@ def fits(settings: Mapping[str, float | str]) -> bool:
 def fragment(presets: Sequence[Preset]) -> Markup:
     """Write the explorer as a part of a page, which also needs `style` and `program`."""
     rows = [asdict(preset) for preset in presets]
-    return Markup(_template("explorer.html").render(presets=rows))
+    return Markup(environment(FOLDER).get_template("explorer.html").render(presets=rows))
 
 
 def style() -> Markup:
@@ -101,16 +101,21 @@ def program() -> Markup:
 
 def page(home: str = "") -> str:
     """Write the explorer as a page of its own, with links to the site at an address, if any."""
-    return _template("page.html").render(
-        home=home, explorer=fragment((*PAPER, *MOUNTED)), style=style(), program=program()
+    return (
+        environment(FOLDER)
+        .get_template("page.html")
+        .render(home=home, explorer=fragment((*PAPER, *MOUNTED)), style=style(), program=program())
     )
 
 
-def _template(name: str) -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(FOLDER),
+def environment(folder: Path) -> jinja2.Environment:
+    """Return the environment of the templates in a folder."""
+    made = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(folder),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
-    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
-    return environment.get_template(name)
+    made.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
+    return made

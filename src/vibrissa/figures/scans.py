@@ -51,7 +51,8 @@ def _draw(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
     shapes.draw(panel, steps, color=SHAPE, linewidth=0.25)
     for ends, color in ((begin, START), (end, END)):
         shapes.draw(panel, ends, color=color, linewidth=linewidth, zorder=2.5)
-        shapes.clamps(panel, ends, color)
+        clamps: Look = {"color": color, "markersize": 6, "markeredgewidth": 0.8, "zorder": 3}
+        panel.plot(ends["footpoint"], 0.0 * ends["footpoint"], "|", **clamps)
 
 
 @kind(

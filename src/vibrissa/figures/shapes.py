@@ -68,9 +68,3 @@ def draw(panel: Axes, rows: pd.DataFrame, **look: Any) -> None:
     lines = [np.column_stack(pair) for pair in zip(rows["shape_x"], rows["shape_y"], strict=True)]
     look |= {"capstyle": "round", "rasterized": len(lines) > MOST_LINES}
     panel.add_collection(LineCollection(lines, **look), autolim=False)
-
-
-def clamps(panel: Axes, rows: pd.DataFrame, color: str) -> None:
-    """Mark where the clamp is."""
-    at = rows["footpoint"]
-    panel.plot(at, 0.0 * at, "|", color=color, markersize=6, markeredgewidth=0.8, zorder=3)

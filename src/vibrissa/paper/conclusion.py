@@ -113,14 +113,12 @@ def more_events(evidence: Evidence) -> Finding:
     distance = evidence.scan_lengths().to_numpy().max()
     # The slip takes a step, too.
     events = round(distance / evidence.dx0) // (evidence.by_theta("n_steps") + 1)
+    pushed, dragged = evidence.slipping()["x0_slip"].iloc[-1], evidence.locking()["dragged"].iloc[0]
     quantities = {
         "distance": (distance, "L"),
         **ends("events at θ = 2", events.loc[2.0], "1"),
-        "length of a period just below μ_lock": (evidence.slipping()["x0_slip"].iloc[-1], "L"),
-        "length of a period of the dragged rod just above it": (
-            evidence.locking()["dragged"].iloc[0],
-            "L",
-        ),
+        "length of a period just below μ_lock": (pushed, "L"),
+        "length of a period of the dragged rod just above it": (dragged, "L"),
     }
     more = np.diff(events.to_numpy(), axis=1)
     return judged(quantities, contradicted=(more < 0).all(), ambiguous=not (more > 0).all())

@@ -158,14 +158,12 @@ def accurate_drive(evidence: Evidence) -> Finding:
 @judges("taper compensates")
 def taper_compensates(evidence: Evidence) -> Finding:
     frictions = evidence.by_theta("x0_slip").columns.to_numpy()
-    slope = {}
+    rise = {}
     for theta in (1.0, 2.0, 3.0):
         curve = solve_curve(theta, evidence.eta)
         at, h = curve.onset(frictions), 1e-6
-        slope[theta] = (curve.mobilised_friction(at + h) - curve.mobilised_friction(at - h)) / (
-            2 * h
-        )
-    least = {theta: (slope[1.0] / slope[theta]).min() for theta in (2.0, 3.0)}
+        rise[theta] = curve.mobilised_friction(at + h) - curve.mobilised_friction(at - h)
+    least = {theta: (rise[1.0] / rise[theta]).min() for theta in (2.0, 3.0)}
     quantities = {
         f"smallest ratio of the rise at θ = 1 to θ = {theta:g}": (ratio, "1")
         for theta, ratio in least.items()

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import jinja2
 from markupsafe import Markup
 
 from vibrissa import paper
@@ -80,7 +79,9 @@ def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture
     parts = reproduced(gather(found, about.claims)) if about.claims else []
     open_verdicts = (Verdict.CONTRADICTED, Verdict.AMBIGUOUS)
     presets, omitted = motion(found, {picture.name: picture.selection for picture in pictures})
-    return _template().render(
+    environment = explorer.environment(FOLDER)
+    environment.filters["anchor"] = facts.anchor
+    return environment.get_template("page.html").render(
         about=about,
         title=paper.TITLE if about.claims else about.title,
         citation=paper.CITATION if about.claims else "",
@@ -111,22 +112,8 @@ def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture
 def shown(pictures: Sequence[Picture]) -> list[Picture]:
     """Leave out single panels, such as Figure 4a, of figures that are shown whole."""
     names = {picture.name for picture in pictures}
-    whole = (re.sub(r"(?<=\d)[a-z]$", "", picture.name) for picture in pictures)
-    return [
-        picture
-        for picture, name in zip(pictures, whole, strict=True)
-        if name == picture.name or name not in names
-    ]
 
+    def is_part(name: str) -> bool:
+        return re.sub(r"(?<=\d)[a-z]$", "", name) in names - {name}
 
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(FOLDER),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["anchor"] = facts.anchor
-    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
-    return environment.get_template("page.html")
+    return [picture for picture in pictures if not is_part(picture.name)]

@@ -120,9 +120,6 @@ def need_study(path: str | Path, study_part: str) -> None:
     """
     found = metadata(path).get(STUDY, "")
     if found != study_part:
-        lines = [line for line in found.splitlines() if line not in study_part.splitlines()]
-        raise DamagedTableError(
-            path,
-            "does not answer this study file"
-            + (f" (it has '{lines[0].strip()}')" if lines else " (it has less)"),
-        )
+        others = [line for line in found.splitlines() if line not in study_part.splitlines()]
+        has = f"'{others[0].strip()}'" if others else "less"
+        raise DamagedTableError(path, f"does not answer this study file (it has {has})")
