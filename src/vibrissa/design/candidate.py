@@ -66,7 +66,7 @@ def limits_of(r: Requirements, pair: Pair, diameter: ArrayLike, length: ArrayLik
     Constraints that allow everything are left out.
     """
     d, along = np.asarray(diameter), np.asarray(length)
-    force = r.rigidity * d**4 / along**2  # E·I0/L² (N)
+    force = np.pi / 64.0 * r.material.modulus * d**4 / along**2  # E·I0/L² (N)
     found = _limits(r, pair, d, along, {Kind.FORCE: force, Kind.MOMENT: force * along})
     return [limit for limit in found if limit.bound != (np.inf if limit.upper else 0.0)]
 

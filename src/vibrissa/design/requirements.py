@@ -208,11 +208,6 @@ class Requirements(Keyed):
         return (np.inf, np.inf, np.inf) if named is None else preset(named).limit
 
     @property
-    def rigidity(self) -> float:
-        """Bending stiffness at the clamp over the fourth power of the diameter, E·I0/d0⁴ (Pa)."""
-        return np.pi / 64.0 * self.material.modulus
-
-    @property
     def frictions(self) -> FloatArray:
         """Values of μ0, of the whole range, at which the uncertainty is computed."""
         return np.unique(np.linspace(self.mu0[0], self.mu0[-1], FRICTIONS))

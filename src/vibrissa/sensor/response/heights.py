@@ -256,7 +256,7 @@ def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
     if low < LOWEST or high > HIGHEST:
         raise ArgumentError(
             f"the stage takes the rod to heights from {least} to {most}, but they must lie between "
-            f"{lowest} and {highest}"
+            f"{lowest} and {highest}: shorten its path"
         )
     responses([whisker])
     down, up = np.arange(whisker.eta, low, -WIDEST), np.arange(whisker.eta, high, WIDEST)
@@ -275,7 +275,7 @@ def _parts(whisker: Whisker, low: float, high: float) -> list[Heights]:
             least, most = (whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high))
             raise NoResponseError(
                 f"the stage takes the rod to heights from {least} to {most}, where its response "
-                f"is not known: {error}"
+                f"is not known: {error}; a shorter path avoids them"
             ) from None
     return [*_parts(whisker, low, middle), *_parts(whisker, middle, high)]
 
