@@ -12,11 +12,11 @@ from vibrissa.mechanics import aside
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.solving.offsets import solve_offsets
+from vibrissa.sticking.solving.offsets import solve_offset
 
 
 def solved(theta, eta, offset, contact="point", mounting=IDEAL):
-    return solve_offsets(theta, eta, mounting, np.array([offset]), Contact(contact))[0].state
+    return solve_offset(theta, eta, mounting, offset, Contact(contact)).state
 
 
 def margin(theta, eta, offset, contact="point", mounting=IDEAL):

@@ -78,7 +78,7 @@ class ClosingCondition(Batch):
         every = np.zeros((len(height), 5))
         for quantity, weight in weights.items():
             every[:, quantity] = weight
-        value, tilt = (np.array(np.broadcast_to(one, height.shape)) for one in (value, tilt))
+        value, tilt = (np.full(len(height), one) for one in (value, tilt))
         return cls(height=height, tilt=tilt, weights=every, value=value)
 
 

@@ -24,11 +24,8 @@ class Batch:
     @property
     def columns(self) -> dict[str, FloatArray]:
         """Columns by name."""
-        return {n: values for n, values in self._fields() if isinstance(values, np.ndarray)}
-
-    def _fields(self) -> Iterator[tuple[str, Any]]:
-        """Names and values of the fields, without what is kept beside them."""
-        return ((name, self.__dict__[name]) for name in self.__dataclass_fields__)
+        fields = {name: self.__dict__[name] for name in self.__dataclass_fields__}
+        return {n: values for n, values in fields.items() if isinstance(values, np.ndarray)}
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -41,7 +38,8 @@ class Batch:
         """Apply a function to every column."""
         # Not by the constructor, which takes as long as the solution of a small state.
         changed = object.__new__(type(self))
-        for name, values in self._fields():
+        for name in self.__dataclass_fields__:
+            values = self.__dict__[name]
             if isinstance(values, np.ndarray):
                 values = change(values)
             elif isinstance(values, Batch):
@@ -59,7 +57,8 @@ class Batch:
 
     def put(self, index: Index, other: Self) -> None:
         """Overwrite the rows at `index` by those of `other`, in place."""
-        for name, values in other._fields():
+        for name in self.__dataclass_fields__:
+            values = other.__dict__[name]
             if isinstance(values, np.ndarray):
                 self.__dict__[name][index] = values
             elif isinstance(values, Batch):
@@ -69,12 +68,12 @@ class Batch:
     def concatenate(cls, parts: Sequence[Self]) -> Self:
         """Join batches row-wise; fields that are no columns come from the first batch."""
         joined: dict[str, Any] = {}
-        for name, values in parts[0]._fields():
+        for name in cls.__dataclass_fields__:
             columns = [part.__dict__[name] for part in parts]
-            if isinstance(values, np.ndarray):
+            if isinstance(columns[0], np.ndarray):
                 joined[name] = np.concatenate(columns)
-            elif isinstance(values, Batch):
-                joined[name] = values.concatenate(columns)
+            elif isinstance(columns[0], Batch):
+                joined[name] = columns[0].concatenate(columns)
         return replace(parts[0], **joined)
 
     @classmethod

@@ -22,7 +22,7 @@ from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.solving import collocation
-from vibrissa.sticking.solving.offsets import solve_offsets
+from vibrissa.sticking.solving.offsets import solve_offset
 from vibrissa.sticking.stiction import Stiction, read_curve
 
 # Beyond, few rods are solved: the tip of one of 1 mm at the clamp would have less than 20 µm.
@@ -181,12 +181,13 @@ def _check(
     if not 0.0 < eta < 1.0:
         divide = ": divide the height by the length L" if eta > 1.0 else ""
         raise ArgumentError(f"eta must lie between 0 and 1 (in units of L), got {eta!r}{divide}")
-    if method not in tuple(Solver):
-        raise ArgumentError(f"method must be one of {', '.join(Solver)}, got {method!r}")
-    if contact not in tuple(Contact):
-        raise ArgumentError(f"contact must be one of {', '.join(Contact)}, got {contact!r}")
-    if section not in tuple(RodSection):
-        raise ArgumentError(f"section must be one of {', '.join(RodSection)}, got {section!r}")
+    for name, value, kind in (
+        ("method", method, Solver),
+        ("contact", contact, Contact),
+        ("section", section, RodSection),
+    ):
+        if value not in tuple(kind):
+            raise ArgumentError(f"{name} must be one of {', '.join(kind)}, got {value!r}")
     if method == Solver.SHOOTING and contact != Contact.POINT:
         raise ArgumentError(f"method {method!r} solves contact 'point' alone, got {contact!r}")
     if method == Solver.SHOOTING and mounting != IDEAL:
@@ -234,50 +235,26 @@ def solve_state(
     >>> print(f"{state.f:.3f} {state.phi1:.3f} {state.penetrates}")
     22.983 -0.495 True
     """
-    return solve_states(theta, eta, [x1], contact, mounting)[0]
-
-
-def solve_states(
-    theta: float,
-    eta: float,
-    x1: Sequence[float],
-    contact: str = Contact.POINT,
-    mounting: Mounting = IDEAL,
-) -> list[EquilibriumState]:
-    """Solve several equilibria of one rod at one height together; see `solve_state`.
-
-    Raises
-    ------
-    ArgumentError
-        If an argument is out of range or a contact point is out of the rod's reach.
-    """
     _check(theta, eta, contact=contact, mounting=mounting)
-    for each in x1:
-        _check_numbers(x1=each)
-        if not np.hypot(each, eta) < 1.0:
-            raise ArgumentError(
-                f"the point (x1, eta) = ({each!r}, {eta!r}) is out of reach of a rod of length 1"
-            )
-    offsets = np.array(x1, dtype=float)
-    solutions = solve_offsets(float(theta), float(eta), mounting, offsets, Contact(contact))
-    return [
-        EquilibriumState(
-            **_loads(solution),
-            status=status,
-            message=message,
-            contact="" if solution is None else _kind(solution),
-            theta=theta,
-            x1=each,
-            eta=eta,
-            residual=np.nan if solution is None else residual,
-            _solution=solution,
+    _check_numbers(x1=x1)
+    if not np.hypot(x1, eta) < 1.0:
+        raise ArgumentError(
+            f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1"
         )
-        for each, (solution, residual, status, message) in zip(x1, solutions, strict=True)
-    ]
-
-
-def _kind(solution: RodStates) -> Contact:
-    return Contact.LINE if solution.line[0] else Contact.POINT
+    place = float(theta), float(eta), mounting, float(x1)
+    solution, residual, status, message = solve_offset(*place, Contact(contact))
+    kind = "" if solution is None else Contact.LINE if solution.line[0] else Contact.POINT
+    return EquilibriumState(
+        **_loads(solution),
+        status=status,
+        message=message,
+        contact=kind,
+        theta=theta,
+        x1=x1,
+        eta=eta,
+        residual=residual,
+        _solution=solution,
+    )
 
 
 def _loads(solution: RodStates | None) -> dict[str, float]:

@@ -26,6 +26,7 @@ from vibrissa.numerics.spectral import (
 STATES = 49
 # Samples of each piece between which crossings are bracketed before they are located exactly.
 SAMPLES = 257
+POLYNOMIALS = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES - 1)
 # Columns of margins of stability, which are known at fewer places.
 MARGINS = ("stability", "stability_aside")
 # By how much a contact point may be beyond the tip (L), or the slope of a tip below that of the
@@ -115,8 +116,7 @@ class Pieces(Batch):
 
     def _sampled(self, order: int) -> StickingState:
         """Sample derivatives of the states at `sample_places`."""
-        polynomials = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES - 1)
-        sampled = self._coefficients[order] @ polynomials.T
+        sampled = self._coefficients[order] @ POLYNOMIALS.T
         return StickingState.from_matrix(np.moveaxis(sampled, 1, -1))
 
     def at(self, index: IntArray, t: FloatArray) -> StickingState:
