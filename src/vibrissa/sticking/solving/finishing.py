@@ -164,44 +164,38 @@ def _limit(found: Resolved, at: FloatArray) -> tuple[float, str]:
     def look(at: FloatArray) -> Clearance:
         return _looked_at(found, at).each(np.ravel)
 
-    def clearance(name: str) -> Callable[[FloatArray], FloatArray]:
-        return lambda at: look(at).columns[name]
-
-    looked = look(at)
-    for k in range(len(at)):
-        before, after = max(k - 1, 0), min(k + 1, len(at) - 1)
-        beyond = float(at[k]) if looked.smallest[k] < -TOLERANCE else np.nan
-        # Each is smooth by itself; the smallest of them is not.
-        for name, values in looked.columns.items():
-            around = values[[before, after]]
-            lowest = values[k] < CLOSE and values[k] <= around.min()
-            # As in `_dip`; the points' distances differ by up to three times.
-            may_dip = lowest and values[k] < 4.0 * (around.max() - values[k])
-            if np.isnan(beyond) and may_dip:
-                beyond = _dip(clearance(name), at[before], at[after])
-        if np.isfinite(beyond):
-            limit = _first_inadmissible(look, at[before], beyond)
-            # What jumps, as a tail that begins to rise, may be known behind the limit alone.
-            return limit, look(np.array([limit])).reasons(0) or look(np.array([beyond])).reasons(0)
-    return np.nan, ""
+    while True:
+        looked, known = look(at), len(at)
+        inadmissible = looked.smallest < -TOLERANCE
+        beyond = int(np.append(inadmissible, True).argmax())
+        at = _with_dips(at, looked, beyond)
+        if len(at) == known:
+            break
+    if beyond == known:
+        return np.nan, ""
+    limit = _first_inadmissible(look, at[max(beyond - 1, 0)], at[beyond])
+    # What jumps, as a tail that begins to rise, may be known behind the limit alone.
+    return limit, look(np.array([limit])).reasons(0) or looked.reasons(beyond)
 
 
-def _dip(clearance: Callable[[FloatArray], FloatArray], low: float, high: float) -> float:
-    """Fraction between two at which a clearance is negative; NaN if it is nowhere, as it seems."""
-    while high - low > LIMIT_TOLERANCE:
-        at = np.linspace(low, high, ZOOM)
-        nearest = clearance(at)
-        least = int(np.argmin(nearest))
-        if nearest[least] < -TOLERANCE:
-            return float(at[least])
-        if np.isinf(nearest[least]):
-            return np.nan
-        around = [max(least - 1, 0), min(least + 1, ZOOM - 1)]
-        # Between two looks a dip, be it a kink, falls by no more than it rises to the next one.
-        if nearest[least] > nearest[around].max() - nearest[least]:
-            return np.nan
-        low, high = at[around]
-    return np.nan
+def _with_dips(at: FloatArray, looked: Clearance, beyond: int) -> FloatArray:
+    """Add places where a clearance may be negative between those before the one at `beyond`."""
+    before, after = (
+        np.maximum(np.arange(len(at)) - 1, 0),
+        np.minimum(np.arange(len(at)) + 1, len(at) - 1),
+    )
+    places = [at]
+    # Each clearance is smooth by itself; the smallest of them is not.
+    for values in looked.columns.values():
+        lowest = (values < CLOSE) & (values <= np.minimum(values[before], values[after]))
+        for k in np.flatnonzero(lowest[:beyond]):
+            rise = max(values[before[k]], values[after[k]]) - values[k]
+            low, high = at[before[k]], at[after[k]]
+            # Between two places a dip, be it a kink, falls by no more than it rises to the next one
+            # in the same distance; here distances differ.
+            if values[k] < 4.0 * rise and high - low > LIMIT_TOLERANCE:
+                places.append(np.linspace(low, high, ZOOM))
+    return np.unique(np.concatenate(places))
 
 
 def _first_inadmissible(look: Callable[[FloatArray], Clearance], low: float, high: float) -> float:
