@@ -125,7 +125,7 @@ def test_what_is_no_table_of_this_kind_is_refused(tables, path):
     with pytest.raises(DamagedTableError, match="holds the table states where stiction"):
         store.read(path, STICTION)
     pq.write_table(tables["stiction"].drop_columns(["mu0"]), path)
-    with pytest.raises(DamagedTableError, match="has other columns than its schema"):
+    with pytest.raises(DamagedTableError, match="has other columns than this version"):
         store.read(path, STICTION)
 
 

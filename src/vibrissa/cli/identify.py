@@ -16,10 +16,7 @@ from vibrissa.wording import counted, see_page
 
 SIGNALS = "Signals"
 PANELS = {**SETUP, SIGNALS: ("transducer", "noise", TOLERANCES)}
-EXAMPLE = (
-    "Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, 0.0002' "
-    "-o friction.csv`"
-)
+EXAMPLE = "Example: `vibrissa identify scan.csv --rod setup.toml -o friction.csv`"
 
 
 @command("setup", Setup, PANELS, EXAMPLE)

@@ -30,7 +30,7 @@ RANGES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
-    """Readings drawn beside those of the page: clamp (L), fx and fy (E·I0/L²), m (E·I0/L)."""
+    """A recording drawn beside the computed loads: clamp (L), fx and fy (E·I0/L²), m (E·I0/L)."""
 
     name: str
     clamp: Sequence[float]

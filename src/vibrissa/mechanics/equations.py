@@ -52,13 +52,14 @@ OFFSET, FX, FY, S_C, PHI1 = range(5)
 class ClosingCondition(Batch):
     """Conditions E2 and E3, which close the equations of a batch of states.
 
-    All forms of E3 are linear in what they prescribe: weights·(offset, fx, fy, s_c, φ1) = value.
+    Each form of E3 is a linear equation: weights·(offset, fx, fy, s_c, φ1) = value.
 
     Attributes
     ----------
     height, tilt : ndarray, shape (n,)
         Right side of E2 (L), and tan δ.
-    weights : ndarray, shape (n, 5)
+    weights, value : ndarray, shape (n, 5) and (n,)
+        Of E3.
     """
 
     height: FloatArray

@@ -27,7 +27,7 @@ LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "snakemake")
 
 
 def summary(found: Mapping[str, Readable]) -> dict[str, str]:
-    """Summarize the tables: the text of each fact by its name."""
+    """Facts about the tables, as texts by their names."""
     lines = sentence(counts_by_status(found)).splitlines()
     facts = dict(line.split(": ") for line in lines)
     residuals = [

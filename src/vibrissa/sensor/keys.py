@@ -30,7 +30,7 @@ class Keyed(BaseModel):
 
     @classmethod
     def read(cls, path: Path | str | None = None, **options: Any) -> Self:
-        """Read fields from a TOML file, from options, which override it, or from both.
+        """Read fields from a TOML file, from options or both; an option overrides the file.
 
         Raises
         ------

@@ -367,7 +367,7 @@ class Units:
         return _checked(number / self._exact_unit(kind, f"{what} = {value!r}"), what)
 
     def read_positive(self, value: Quantity, kind: Kind, what: str) -> Decimal:
-        """Nondimensional value of a quantity above 0, as `read` gives it."""
+        """Read as `read`, and refuse what is not above 0."""
         number = self.read(value, kind, what)
         if not number > 0:
             raise ArgumentError(f"{what} must be positive, got {value!r}")

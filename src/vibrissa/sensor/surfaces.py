@@ -31,7 +31,8 @@ class Surface:
     units : Units
         Units of positions in messages.
     edges : ndarray, shape (n,)
-        Positions of jumps and kinks of μ0 (L); between them it must be smooth over 1e-4 L.
+        Positions of jumps and kinks of μ0 (L); between them μ0 has no feature
+        that is shorter than 1e-4 L.
     """
 
     name: str

@@ -464,7 +464,8 @@ def friction_from_travel(
     Raises
     ------
     ArgumentError
-        If an argument is out of range, or no period of sticking of this rod is so long.
+        If an argument is out of range, or longer than the longest period
+        of sticking of this rod.
 
     Examples
     --------

@@ -5,7 +5,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import AfterValidator, BeforeValidator, Field, FiniteFloat, GetCoreSchemaHandler
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    FiniteFloat,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+)
 from pydantic import GetJsonSchemaHandler as JsonHandler
 from pydantic_core import CoreSchema
 
@@ -112,7 +119,13 @@ class Axis:
         values = list[self.number]  # type: ignore[name-defined]
         written = BeforeValidator(_expanded, json_schema_input_type=self.number | values | Range)
         return handler.generate_schema(
-            Annotated[values, Field(min_length=1), written, AfterValidator(_ordered)]
+            Annotated[
+                values,
+                Field(min_length=1),
+                written,
+                AfterValidator(_ordered),
+                PlainSerializer(list),
+            ]
         )
 
     def __get_pydantic_json_schema__(

@@ -94,7 +94,7 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
             f"(version {held.get(PROGRAM)}, commit {held.get(COMMIT)})",
         )
     if not found.equals(schema):
-        raise DamagedTableError(path, "has other columns than its schema")
+        raise DamagedTableError(path, "has other columns than this version writes")
     return file
 
 

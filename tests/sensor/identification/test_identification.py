@@ -71,7 +71,7 @@ def test_slips_in_the_noise_of_the_forces_are_seen_in_the_moment_or_refused(resp
     periods = found_in(recording, noise)
     assert len(periods) == truth.period[-1] and periods.notes == ()
     forces = replace(recording, readings=recording.readings * [1.0, 1.0, np.nan])
-    with pytest.raises(WrongRodError, match="and noise"):
+    with pytest.raises(WrongRodError, match="zeros, noise"):
         found_in(forces, noise)
 
 

@@ -85,8 +85,8 @@ def check_columns(nearest: NearestStates, recording: Recording) -> None:
     # A rod that is quite another one is not near to the readings, however they are mixed.
     if least[text] < min(given, float(np.median(size))) / MUCH:
         raise MixedColumnsError(
-            f"the columns seem to be mixed up: {text}. Say which is which with vibrissa import "
-            "--column, a minus before a title turns the sign: 'moment_z=-Mz'"
+            f"the columns seem to be mixed up: {text}. Correct that with vibrissa import "
+            "--column 'CHANNEL=TITLE [UNIT]'; a minus before the title turns the sign"
         )
 
 

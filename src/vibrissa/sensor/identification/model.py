@@ -103,7 +103,7 @@ def _check_states(fit: Fit, nearest: NearestStates) -> None:
         first = fit.task.slipped.recording.line[int(blocks.row[off][0])]
         raise WrongRodError(
             f"{part:.0%} of the samples are no state of this rod, first in line {first}: check "
-            "rod, height, units, zero and noise"
+            "rod, height, units, zeros, noise and the --moment-origin of vibrissa import"
         )
 
 

@@ -77,8 +77,8 @@ class Recording(Batch):
     zeros : dict of str to str
         Standard deviations of the subtracted zeros, from the header of the table.
     air : tuple of float
-        Means of the channels in the rows without a load before the scan, or else after it; empty
-        where there is none.
+        Mean of each channel over the rows without load before the scan, or if there are none those
+        after it; empty without such rows.
     air_rows : int
         Number of these rows.
     """

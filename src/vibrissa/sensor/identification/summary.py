@@ -104,7 +104,7 @@ class FrictionSummary:
             yield f"do not rely on it: {self.wrong} of them are graded wrong, see the column doubt"
         elif self.doubtful:
             are = "is" if self.doubtful == 1 else "are"
-            yield f"{self.doubtful} of them {are} in doubt: see the columns grade and doubt"
+            yield f"{self.doubtful} of them {are} in doubt: see the column doubt of the table"
         beside = self.found.beside
         if beside is not None and np.isfinite(beside.difference):
             agree = "they agree" if beside.agrees else "they disagree: one of them is wrong"

@@ -54,7 +54,7 @@ def summary_of(along: FloatArray, normal: FloatArray) -> Summary:
 
 
 def half_width(half: FloatArray, normal: FloatArray) -> FloatArray:
-    """Half the width of the central 95 % of a uniform error, up to ±half, and a normal one."""
+    """Half the width of the central 95 % of the sum of a uniform error (±half) and a normal one."""
     low, high = np.zeros_like(half), half + HALF_WIDTH * normal
     sure = np.maximum(normal, LITTLE * half)
     for _ in range(BISECTIONS):
