@@ -50,14 +50,7 @@ def scan(
     )
     named = setup.transducer
     transducer = None if named is None else transducer_of(named, whisker.units)
-    signals = sensor.scan(
-        whisker,
-        surface,
-        step=step,
-        to=to,
-        law=law,
-        kinetic_ratio=kinetic_ratio,
-    )
+    signals = sensor.scan(whisker, surface, step=step, to=to, law=law, kinetic_ratio=kinetic_ratio)
     if transducer is not None:
         signals = signals.measured(transducer, seed)
     hand_out(signals, f"{output}: {signals}", output)

@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
@@ -113,21 +113,21 @@ def write(path: Path, table: Tabular) -> None:
     check_ending(path)
     frame = table.to_pandas()
     if path == STANDARD:
-        sys.stdout.write(_csv(frame))
+        _write_csv(sys.stdout, frame)
         return
     with write_atomically(path) as temporary:
         if path.suffix.lower() == PARQUET:
             frame.to_parquet(temporary, index=False)
         else:
-            temporary.write_text(_csv(frame), encoding="utf-8", newline="")
+            with temporary.open("w", encoding="utf-8", newline="") as file:
+                _write_csv(file, frame)
 
 
-def _csv(frame: "DataFrame") -> str:
-    above = "".join(f"# {name} = {text}\n" for name, text in frame.attrs["header"].items())
+def _write_csv(file: TextIO, frame: "DataFrame") -> None:
+    file.writelines(f"# {name} = {text}\n" for name, text in frame.attrs["header"].items())
     units = frame.attrs["units"]
     titles = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
-    rows = frame.to_csv(header=titles, index=False, na_rep="nan", lineterminator="\n")
-    return above + str(rows)
+    frame.to_csv(file, header=titles, index=False, na_rep="nan", lineterminator="\n")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -16,14 +16,7 @@ from vibrissa.mechanics.mounting import Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.keys import Keyed, Positive
-from vibrissa.sensor.quantities import (
-    SI_UNITS,
-    Kind,
-    Measured,
-    Quantity,
-    Units,
-    wished_units,
-)
+from vibrissa.sensor.quantities import SI_UNITS, Kind, Measured, Quantity, Units, wished_units
 from vibrissa.sensor.tolerances import check_name, read_tolerances
 from vibrissa.sensor.whisker import Whisker
 

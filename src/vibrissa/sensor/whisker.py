@@ -93,11 +93,7 @@ class Whisker:
     def curve(self) -> StickingCurve:
         """Sticking curve."""
         return solve_curve(
-            self.theta,
-            self.eta,
-            contact=self.contact,
-            mounting=self.mounting,
-            section=self.section,
+            self.theta, self.eta, contact=self.contact, mounting=self.mounting, section=self.section
         )
 
     @cached_property

@@ -43,12 +43,9 @@ KINDS = {
 }
 # In a row of units: none, or of what a recording does not have.
 NO_UNIT = ("", "-", "1", "%", "V", "mV", "°C", "K")
-# Fz [mN], Fz (mN), Fz / mN, Fz in mN; Fz_mN and Fz mN if that is a unit of what it must measure.
-TITLE = re.compile(
-    r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\)|/\s*(?P<per>\S+)"
-    r"|\bin\s+(?P<word>\S+))"
-)
-ENDING = re.compile(r"(.+)[_ ]([^\s_]+)")
+# Fz [mN], Fz (mN); and Fz / mN, Fz in mN, Fz_mN, Fz mN if that is a unit of what it must measure.
+TITLE = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]")
+ENDING = re.compile(r"(.+?)\s*(?:/|\bin\b|[_ ])\s*([^\s_/]+)")
 # The column of an option: -Fz [mN].
 SOURCE = re.compile(r"(-?)\s*(.*?)\s*(?:\[([^\[\]]*)\])?")
 
@@ -133,8 +130,7 @@ def title_of(text: str, kind: Kind) -> tuple[str, str]:
     ('Fx', 'mN')
     """
     if parts := TITLE.fullmatch(text):
-        unit = parts["square"] or parts["round"] or parts["per"] or parts["word"] or ""
-        return parts["name"], unit.strip()
+        return parts[1], parts[2].strip()
     parts = ENDING.fullmatch(text)
     return (parts[1], parts[2]) if parts and unit_size(parts[2], kind) else (text, "")
 
