@@ -14,7 +14,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import End, RodSection, Solver, Status
 from vibrissa.sticking.piece import NO_PIECES, Pieces, StickingState
-from vibrissa.sticking.reading import CurveArray, mirrored
+from vibrissa.sticking.reading import CurveArray
 
 # Displacements that are nearer to each other are one: where two pieces meet, and at the end. A
 # shorter piece is none.
@@ -194,10 +194,6 @@ class StickingCurve:
         """
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         return self._alone.trailing_end(_first(mu0), mu0)
-
-    def mirrored(self, states: StickingState) -> StickingState:
-        """Mirror images of states up to the swing, with the x0 at which they come after it."""
-        return mirrored(states, self.x0_end)
 
 
 def _first(rows: FloatArray) -> IntArray:

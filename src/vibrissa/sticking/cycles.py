@@ -20,7 +20,7 @@ from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
-from vibrissa.sticking.reading import CurveArray
+from vibrissa.sticking.reading import CurveArray, mirrored
 from vibrissa.sticking.solving.collocation import solve_curves
 
 
@@ -199,7 +199,7 @@ def _period(
     rows = zip(state.f, state.alpha, offset, height, state.s_c, strict=True)
     shapes = [deformed_shape(curve.theta, *row[:4], s, row[4], curve.mounting) for row in rows]
     x, y, phi = np.moveaxis(np.array(shapes), 1, 0)
-    state.put(behind, curve.mirrored(state.take(behind)))
+    state.put(behind, mirrored(state.take(behind), curve.x0_end))
     sign = np.where(behind, -1.0, 1.0)
     return _Period(
         state=replace(state, x0=displacement),

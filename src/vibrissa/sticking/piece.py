@@ -134,10 +134,6 @@ class Pieces(Batch):
             x0=np.where(self.by_x0[index], t, states.x0),
         )
 
-    def at_x0(self, index: IntArray, x0: FloatArray) -> StickingState:
-        """States at displacements."""
-        return self.at(index, self.places_of(index, x0))
-
     def displacements(self, index: IntArray, t: FloatArray) -> FloatArray:
         """Displacements at values of the parameters, NaN where these are."""
         x0, sought = t.copy(), np.flatnonzero(~self.by_x0[index] & np.isfinite(t))

@@ -97,7 +97,7 @@ class CurveArray:
             return states
         place = self._piece_of(index, x0)
         within = np.minimum(x0, self.pieces.last_x0[place])
-        return replace(self.pieces.at_x0(place, within), x0=x0)
+        return replace(self.pieces.at(place, self.pieces.places_of(place, within)), x0=x0)
 
     def onset(self, index: IntArray, mu0: FloatArray) -> FloatArray:
         """Exact onsets of slip; NaN where the tip locks, or the curve ends before."""
@@ -184,7 +184,7 @@ class CurveArray:
 
 
 def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState:
-    """States after a rod has buckled laterally at `x0_end`; see `StickingCurve.mirrored`."""
+    """Mirror images of states up to lateral buckling at `x0_end`, with the x0 of those after it."""
     return replace(
         states,
         x0=2.0 * x0_end - states.x0,

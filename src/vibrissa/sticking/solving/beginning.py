@@ -1,6 +1,6 @@
 """Where branches begin: α = 0 states of rods in any mounting, from the ideal one by a homotopy."""
 
-from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -58,17 +58,18 @@ def begin(
     """Solve the states in which branches begin; stage angles in rad."""
     ideal, found = _ideal_states(rods[:, 0], eta, nodes, model)
     missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
-    states = RodStates(rods=rods, unknowns=ideal.unknowns.copy(), line=ideal.line.copy())
+    states = replace(ideal, rods=np.pad(ideal.rods, [(0, 0), (0, rods.shape[1] - 3)])).copy()
     mounted = np.flatnonzero(found & rods[:, 1:].any(axis=1))
     if len(mounted):
-        solved, share = _mounted_states(states.take(mounted), eta[mounted], model)
+        first, height = states.take(mounted), eta[mounted]
+        solved, share = _homotopy(first, rods[mounted], height, height, model, 1.0)
         states.put(mounted, solved)
         lost = np.flatnonzero((share < 1.0) | (solved.fy >= 0.0))
         found[mounted[lost]] = False
         for row, why in zip(lost, _reasons(solved.take(lost), share[lost]), strict=True):
             missing[int(mounted[row])] = why
     rows = np.flatnonzero(found)
-    ideal, states = ideal.take(rows), states.take(rows)
+    ideal, states = ideal.take(rows), replace(states.take(rows), rods=rods[rows])
     branches = Branches(
         rods=states.rods,
         eta=eta[rows],
@@ -100,14 +101,10 @@ def _ideal_states(
     lies = found & (ends(states).phi1 < 0.0) & (model is Contact.LINE)
     rows = np.flatnonzero(~found | lies)
     if len(rows):
-        # The surface is lowered. The deflection grows like the square root of 1 − η.
-        high, low = np.sqrt(1.0 - HIGHEST), np.sqrt(1.0 - eta[rows])
-        first, _ = _buckled_states(theta[rows], np.full(len(rows), HIGHEST), nodes)
-
-        def lowered(row: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
-            return first.rods[row], 1.0 - (high + share * (low[row] - high)) ** 2
-
-        lowest, share = _homotopy(first, lowered, model, FIRST_SHARE)
+        # The surface is lowered.
+        high = np.full(len(rows), HIGHEST)
+        first, _ = _buckled_states(theta[rows], high, nodes)
+        lowest, share = _homotopy(first, first.rods, high, eta[rows], model, FIRST_SHARE)
         states.put(rows, lowest)
         found[rows] = share >= 1.0
     return states, found
@@ -125,41 +122,34 @@ def _buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[Rod
     return states, converged & (bending_moment(states) < 0).all(axis=1) & (states.fy < 0)
 
 
-def _mounted_states(
-    ideal: RodStates, eta: FloatArray, model: Contact
-) -> tuple[RodStates, FloatArray]:
-    """Follow first states from the ideal mounting to the wanted ones."""
-    wanted = ideal.rods
-
-    def deviating(rows: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
-        some = wanted[rows]
-        return np.hstack([some[:, :1], share[:, None] * some[:, 1:]]), eta[rows]
-
-    return _homotopy(ideal, deviating, model, 1.0)
-
-
-# Maps some of the rods, and shares of the way for them, to the properties of the rods and the
-# heights of the surface there.
-Way = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
-
-
 def _homotopy(
-    first: RodStates, way: Way, model: Contact, step: float
+    first: RodStates,
+    rods: FloatArray,
+    high: FloatArray,
+    low: FloatArray,
+    model: Contact,
+    step: float,
 ) -> tuple[RodStates, FloatArray]:
-    """Follow α = 0 states as far as they exist: the last states and their homotopy parameters."""
+    """Follow α = 0 states to other rods and from high to low surfaces, as far as they exist.
+
+    Returns the last states and their homotopy parameters.
+    """
+    # The deflection grows like the square root of 1 − η.
+    high, low = np.sqrt(1.0 - high), np.sqrt(1.0 - low)
     count = len(first)
     states, before = first.copy(), first.unknowns.copy()
     last, share, steps = np.zeros(count), np.zeros(count), np.full(count, step)
     active = np.flatnonzero(np.isfinite(states.fx))
     while len(active):
         target = np.minimum(share[active] + steps[active], 1.0)
-        rods, eta = way(active, target)
+        between = first.rods[active] + target[:, None] * (rods - first.rods)[active]
+        eta = 1.0 - (high[active] + target * (low - high)[active]) ** 2
         new, old, line = states.unknowns[active], before[active], states.line[active]
         way_before = share[active] - last[active]
         weight = np.divide(
             target - share[active], way_before, out=np.zeros(len(active)), where=way_before > 0.0
         )
-        guess = RodStates(rods=rods, unknowns=new + weight[:, None] * (new - old), line=line)
+        guess = RodStates(rods=between, unknowns=new + weight[:, None] * (new - old), line=line)
         # Where the kind of contact just changed, the extrapolated s_c may have passed 1.
         np.minimum(guess.s_c, 1.0, out=guess.s_c)
         upright = ClosingCondition.prescribing(eta, {FX: 1.0})

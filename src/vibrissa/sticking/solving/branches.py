@@ -51,10 +51,6 @@ class Branches(Batch):
         """Coordinates of states, in which the length of a path is measured, shape (n, 4)."""
         return self.units * end_quantities(states)
 
-    def displacement(self, offset: FloatArray) -> FloatArray:
-        """Displacement of the clamp (L) by the offset of the contact point."""
-        return (self.x1_init - offset) / self.cos
-
     def along(self, direction: FloatArray, value: FloatArray) -> ClosingCondition:
         """Prescribe the continuation parameter along a direction, shape (n, 4): E3c."""
         return self.prescribing(dict(enumerate((self.units * direction).T)), value)

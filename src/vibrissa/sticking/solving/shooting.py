@@ -81,7 +81,6 @@ class ShotState:
     x1: float
     phi1: float
     miss: float
-    searches: int
 
 
 def shoot(
@@ -118,28 +117,19 @@ def _search(
 
     best, size = np.asarray(start, dtype=float), np.asarray(spread, dtype=float)
     options = {"xatol": tolerances.simplex, "fatol": tolerances.simplex, "maxiter": 400}
-    searches = 0
-    while True:
-        searches += 1
+    for _ in range(1 + tolerances.restarts):
         simplex = best + np.array([[0.0, 0.0], [size[0], 0.0], [0.0, size[1]]])
         more = {"initial_simplex": simplex, "maxfev": 800}
         result = minimize(miss, best, method="Nelder-Mead", options=options | more)
         best = result.x
-        if result.fun <= tolerances.miss or searches > tolerances.restarts:
+        if result.fun <= tolerances.miss:
             break
         # A collapsed simplex cannot leave the point it sits on: open a new one, turned round and
         # scaled to what is missing.
         size = -np.sign(size) * np.maximum(np.abs(size), 10.0 * result.fun)
     f, inclination, contact = state(best)
     _, _, phi1 = shoot(theta, f, inclination, contact, y1, tolerances)
-    return ShotState(
-        f=f,
-        alpha=inclination,
-        x1=contact,
-        phi1=phi1,
-        miss=float(result.fun),
-        searches=searches,
-    )
+    return ShotState(f=f, alpha=inclination, x1=contact, phi1=phi1, miss=float(result.fun))
 
 
 def initial_state(theta: float, eta: float, tolerances: Tolerances = PRECISE) -> ShotState:
