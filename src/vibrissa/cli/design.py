@@ -31,7 +31,7 @@ EXAMPLES = (
 )
 
 
-@command("requirements", Requirements, PANELS, EXAMPLES, endings=(".toml",))
+@command(PANELS, EXAMPLES, endings=(".toml",))
 def design(requirements: Requirements, output: Out = None) -> None:
     """Find the rod that measures friction best, and its active constraints.
 

@@ -19,7 +19,7 @@ PANELS = {**SETUP, SIGNALS: ("transducer", "noise", TOLERANCES)}
 EXAMPLE = "Example: `vibrissa identify scan.csv --rod setup.toml -o friction.csv`"
 
 
-@command("setup", Setup, PANELS, EXAMPLE)
+@command(PANELS, EXAMPLE)
 def identify(
     recording: Annotated[
         Path,

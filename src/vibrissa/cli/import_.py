@@ -15,7 +15,7 @@ EXAMPLE = (
 )
 
 
-@command("settings", Settings, {"File": tuple(Settings.model_fields)}, EXAMPLE, "--settings")
+@command({"File": tuple(Settings.model_fields)}, EXAMPLE, "--settings")
 def import_(
     file: Annotated[Path, typer.Argument(help="A text file with a table; - for standard input.")],
     settings: Settings,

@@ -37,23 +37,15 @@ Out = Annotated[Path | None, option(_TABLE, "Output", "--output", "-o")]
 
 
 def command(
-    parameter: str,
-    model: Any,
-    panels: Panels,
-    epilog: str,
-    file: str = "--rod",
-    endings: Sequence[str] = ENDINGS,
+    panels: Panels, epilog: str, file: str = "--rod", endings: Sequence[str] = ENDINGS
 ) -> Callable[[Callable[..., None]], Any]:
     """Make a command of a function, with options in place of its parameter that is a model.
 
+    The model is the only parameter that is no option, and has a method ``read(path, **fields)``.
     The output is checked before anything is computed.
 
     Parameters
     ----------
-    parameter : str
-        Name of the parameter.
-    model : type
-        With a method ``read(path, **fields)``.
     panels : mapping of str to sequence of str
         Fields of the model, or of a `Setup`, that are options, by panel.
     epilog : str
@@ -63,12 +55,13 @@ def command(
     endings : sequence of str
         Endings of the option ``--output``.
     """
-    fields = Setup.model_fields | model.model_fields
-    options = _options(panels, fields, file)
 
     def decorate(function: Callable[..., None]) -> Any:
         own = dict(signature(function).parameters)
-        del own[parameter]
+        (parameter,) = [name for name, one in own.items() if isinstance(one.annotation, type)]
+        model = own.pop(parameter).annotation
+        fields = Setup.model_fields | model.model_fields
+        options = _options(panels, fields, file)
 
         @wraps(function)
         def run(**values: Any) -> None:

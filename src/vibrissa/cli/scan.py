@@ -14,7 +14,7 @@ SURFACE, MOTION = "Surface", "Motion"
 EXAMPLE = "Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`"
 
 
-@command("setup", Setup, {**SETUP, "Signals": ("transducer",)}, EXAMPLE)
+@command({**SETUP, "Signals": ("transducer",)}, EXAMPLE)
 def scan(
     setup: Setup,
     step: Annotated[str, option("Step of the stage: '20 um'.", MOTION)],

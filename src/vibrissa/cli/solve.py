@@ -13,7 +13,7 @@ from vibrissa.sensor import Setup
 EXAMPLE = "Example: `vibrissa solve --theta 2 --eta 0.85 --mu0 0.4 --step 0.001`"
 
 
-@command("setup", Setup, SETUP, EXAMPLE)
+@command(SETUP, EXAMPLE)
 def solve(
     setup: Setup,
     mu0: Annotated[str, option("Coefficient of static friction.", "Task")],

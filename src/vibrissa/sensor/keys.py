@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.files import write_atomically
@@ -57,6 +57,13 @@ class Keyed(BaseModel):
             errors = error.errors()
         lines = [f"{path}: " * (_key(each) in keys) + _line(each, cls) for each in errors]
         raise ArgumentError("\n".join(dict.fromkeys(lines)))
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _read_text(cls, value: Any, info: ValidationInfo) -> Any:
+        name = str(info.field_name)
+        kind = cls.kinds().get(name)
+        return kind.read(value, name) if kind and isinstance(value, str) else value
 
     @classmethod
     def kinds(cls) -> dict[str, Kind]:

@@ -21,8 +21,6 @@ from vibrissa.numerics.arrays import FloatArray
 
 if TYPE_CHECKING:
     import pint
-    from pydantic import GetCoreSchemaHandler, ValidationInfo
-    from pydantic_core import CoreSchema
 
 # A number in units of the rod, or text such as "50 um".
 Quantity = str | float | Decimal
@@ -71,17 +69,6 @@ class Kind(StrEnum):
             If it is no such quantity.
         """
         return float(in_si(text, self, what))
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: "GetCoreSchemaHandler"
-    ) -> "CoreSchema":
-        """Let pydantic read text in fields that are marked with this kind."""
-        from pydantic import BeforeValidator
-
-        def read(value: Any, info: "ValidationInfo") -> Any:
-            return self.read(value, str(info.field_name)) if isinstance(value, str) else value
-
-        return BeforeValidator(read).__get_pydantic_core_schema__(source, handler)
 
 
 # What the channels force_x, force_y and moment_z of a transducer measure.

@@ -80,7 +80,7 @@ class Setup(Keyed):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _read_quantity(cls, value: Any, info: ValidationInfo) -> Any:
+    def _read_text(cls, value: Any, info: ValidationInfo) -> Any:
         name = str(info.field_name)
         kind = cls.kinds().get(name)
         if kind is None:

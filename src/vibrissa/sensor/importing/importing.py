@@ -60,8 +60,11 @@ def _two(text: Any, info: ValidationInfo) -> list[str]:
     return parts
 
 
+def _lengths(text: Any, info: ValidationInfo) -> list[float]:
+    return [Kind.LENGTH.read(part, str(info.field_name)) for part in _two(text, info)]
+
+
 At = Annotated[Place, BeforeValidator(_place)]
-Length = Annotated[float, Kind.LENGTH]
 
 
 class Settings(Keyed):
@@ -79,7 +82,7 @@ class Settings(Keyed):
     footpoint, force_x, force_y and moment_z are found."""
     turn: Annotated[float, Kind.ANGLE] = 0.0
     """Angle by which the file's axes are turned from x to y: '90 deg'."""
-    moment_origin: Annotated[tuple[Length, Length], BeforeValidator(_two)] = (0.0, 0.0)
+    moment_origin: Annotated[tuple[float, float], BeforeValidator(_lengths)] = (0.0, 0.0)
     """Point about which the moment acts, from the clamp: '1 mm, 0 mm'."""
     tare: Annotated[tuple[At, At] | None, BeforeValidator(_two)] = None
     """Window without load, whose mean is the zero: '0 s, 2 s'. By default the rows before the rod
