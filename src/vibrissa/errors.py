@@ -40,12 +40,9 @@ class TableError(VibrissaError):
 class DamagedTableError(TableError):
     """A table whose file must be deleted, so that the next run makes it again."""
 
-    def __init__(
-        self,
-        path: str | Path,
-        reason: str,
-        remedy: str = "delete it and run again: it is made again",
-    ) -> None:
+    REMEDY = "delete it and run again: it is made again"
+
+    def __init__(self, path: str | Path, reason: str, remedy: str = REMEDY) -> None:
         super().__init__(f"{path} {reason}; {remedy}")
         self.path = Path(path)
 

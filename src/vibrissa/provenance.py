@@ -43,13 +43,10 @@ def digest(*parts: str) -> str:
 
     Of these and the modules beside the packages; without names, of the whole package.
     """
-    files = [path for path in _PACKAGE.rglob("*") if path.suffix in SOURCES]
-    if parts:
-        wanted = {_PACKAGE / part for part in parts}
-        files = [
-            path for path in files if path.parent == _PACKAGE or wanted & {path, *path.parents}
-        ]
+    wanted = {_PACKAGE / part for part in parts} or {_PACKAGE}
     total = hashlib.sha256()
-    for path in sorted(files):
-        total.update(f"{path.relative_to(_PACKAGE)}\n".encode() + path.read_bytes())
+    for path in sorted(_PACKAGE.rglob("*")):
+        is_wanted = path.parent == _PACKAGE or wanted & {path, *path.parents}
+        if is_wanted and path.suffix in SOURCES:
+            total.update(f"{path.relative_to(_PACKAGE)}\n".encode() + path.read_bytes())
     return total.hexdigest()[:16]

@@ -117,11 +117,11 @@ def test_the_file_of_a_chunk_is_read_as_it_was_written(chunk, axes, table):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"mu0": (0.2, 0.4)}, "mu0: 0.2; 0.4; 3"),
-        ({"mu0": (0.2, 0.4, 5.0)}, "mu0: 0.2; 0.4; 3"),
-        ({"theta": (1.0, 2.5)}, "theta: 1; 2"),
-        ({"curvature": (-0.1,)}, "curvature: 0"),
-        ({"curvature": ((0.0, 1.0),)}, "curvature: 0"),
+        ({"mu0": (0.2, 0.4)}, "mu0: (0.2, 0.4, 3.0)"),
+        ({"mu0": (0.2, 0.4, 5.0)}, "mu0: (0.2, 0.4, 3.0)"),
+        ({"theta": (1.0, 2.5)}, "theta: (1.0, 2.0)"),
+        ({"curvature": (-0.1,)}, "curvature: (0.0,)"),
+        ({"curvature": ((0.0, 1.0),)}, "curvature: (0.0,)"),
         ({"grid": "h"}, "grid: g"),
         ({"solver": {"method": "another"}}, "method: collocation"),
     ],

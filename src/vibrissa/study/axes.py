@@ -47,15 +47,15 @@ def in_list(written: Any) -> Any:
     return written if isinstance(written, list) else [written]
 
 
-_IsNumber = BeforeValidator(_no_flag)
-_Number: TypeAlias = Annotated[FiniteFloat, _IsNumber]
-Theta: TypeAlias = Annotated[FiniteFloat, Field(ge=1), _IsNumber]
-Eta: TypeAlias = Annotated[FiniteFloat, Field(gt=0, lt=1), _IsNumber]
-_Positive: TypeAlias = Annotated[FiniteFloat, Field(gt=0), _IsNumber]
-_NotNegative: TypeAlias = Annotated[FiniteFloat, Field(ge=0), _IsNumber]
-_Step: TypeAlias = Annotated[FiniteFloat, Field(ge=1e-9), _IsNumber]
-_Angle: TypeAlias = Annotated[FiniteFloat, Field(ge=-1.5, le=1.5), _IsNumber]
-_Coefficient: TypeAlias = Annotated[FiniteFloat, Field(ge=-10, le=10), _IsNumber]
+_NO_FLAG = BeforeValidator(_no_flag)
+_Number: TypeAlias = Annotated[FiniteFloat, _NO_FLAG]
+Theta: TypeAlias = Annotated[FiniteFloat, Field(ge=1), _NO_FLAG]
+Eta: TypeAlias = Annotated[FiniteFloat, Field(gt=0, lt=1), _NO_FLAG]
+_Positive: TypeAlias = Annotated[FiniteFloat, Field(gt=0), _NO_FLAG]
+_NotNegative: TypeAlias = Annotated[FiniteFloat, Field(ge=0), _NO_FLAG]
+_Step: TypeAlias = Annotated[FiniteFloat, Field(ge=1e-9), _NO_FLAG]
+_Angle: TypeAlias = Annotated[FiniteFloat, Field(ge=-1.5, le=1.5), _NO_FLAG]
+_Coefficient: TypeAlias = Annotated[FiniteFloat, Field(ge=-10, le=10), _NO_FLAG]
 _Polynomial: TypeAlias = Annotated[
     list[_Coefficient],
     Field(min_length=1),

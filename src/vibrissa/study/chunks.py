@@ -40,8 +40,7 @@ class Chunk:
 
     def part(self, solver: Mapping[str, str]) -> str:
         """All that determines the rows of the chunk, as text for the metadata of its file."""
-        values = {axis: "; ".join(map(spell_value, self.axes[axis])) for axis in self.axes}
-        lines = {"grid": self.grid, **values, **solver}
+        lines = {"grid": self.grid, **self.axes, **solver}
         return "".join(f"{key}: {value}\n" for key, value in lines.items())
 
     def minutes(self, by_step: bool) -> int:

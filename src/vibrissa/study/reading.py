@@ -50,10 +50,11 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
         return Study.model_validate(sections, context=context)
     except ValidationError as error:
         document, lines = YAML().load(text), []
+        elsewhere = "--config" if path else "config"
         for location, mistake in (found for one in error.errors() for found in _in_words(one)):
-            is_written = path and (not location or location[0] not in changes)
-            line = _line(document, location) if is_written else 0
-            where = f"{path}{f':{line}' * bool(line)}" if is_written else "--config"
+            is_changed = not path or (bool(location) and location[0] in changes)
+            line = 0 if is_changed else _line(document, location)
+            where = elsewhere if is_changed else f"{path}:{line}" if line else str(path)
             place = f"{spell_location(location)}: " if location else ""
             lines.append((line, f"{where}: {place}{mistake}"))
         raise StudyError(*(text for _, text in sorted(lines, key=lambda one: one[0]))) from None
