@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.mechanics.bending import Bending, measure
 from vibrissa.outcomes import End, Status
-from vibrissa.sensor.quantities import Kind, Quantity, Units
+from vibrissa.sensor.quantities import Kind, Quantity
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, onset_on
@@ -57,26 +57,21 @@ class WhiskerOnset(Tabular):
     most: Bending | None
     whisker: Whisker
 
-    @property
-    def units(self) -> Units:
-        """Units of the results."""
-        return self.whisker.units
-
     def __repr__(self) -> str:
         """Print a line for each quantity, in the units of the rod."""
-        onset = self.onset
+        onset, units = self.onset, self.whisker.units
         lines = {
             "status": onset.status.value,
             "meaning of the status": onset.message,
             "critical friction, mu_lock": f"{onset.mu_lock:.8g}",
         }
-        lines |= {what: self.units.spelled(size, kind, 8) for _, size, kind, what in self._known()}
+        lines |= {what: units.spelled(size, kind, 8) for _, size, kind, what in self._known()}
         width = max(map(len, lines)) + 2
         return "\n".join(f"{what:<{width}}{text}" for what, text in lines.items())
 
     def columns(self) -> dict[str, Column]:
         """Table of one row, with units: onset of slip, or lateral buckling."""
-        onset, units = self.onset, self.units
+        onset, units = self.onset, self.whisker.units
         return {
             "status": Column([onset.status.value], "", "status"),
             "message": Column([onset.message], "", "meaning of the status"),

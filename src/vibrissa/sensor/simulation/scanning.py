@@ -20,7 +20,7 @@ from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.response.heights import Stage
 from vibrissa.sensor.series import Column, Tabular
-from vibrissa.sensor.simulation.tip import Exit, SlipLaw, Tip
+from vibrissa.sensor.simulation.tip import BACKWARD, END, SlipLaw, Tip
 from vibrissa.sensor.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Whisker
@@ -218,12 +218,12 @@ def simulate(
         step, until = tip.end(positions, at)
         if step == len(positions):
             break
-        exit, past = tip.exit(until)
-        if exit is Exit.END and stage.rod.swings:
+        margin, past = tip.exit(until)
+        if margin == END and stage.rod.swings:
             swing = swing or _message(SWINGS, tip, until, float(positions[step]), told)
             at, contact = until, tip.swung(until)
             tip = replace(tip, contact=contact, side=-tip.side, begin=step, slipped=False)
-        elif exit is Exit.END or (past and exit is Exit.BACKWARD):
+        elif margin == END or (past and margin == BACKWARD):
             outcome = Outcome.LOCK
             message = _message(STAYS, tip, until, float(positions[step - 1]), told)
             break

@@ -22,6 +22,9 @@ from vibrissa.sensor.response.branch import Response, States
 from vibrissa.sensor.response.heights import Stage
 from vibrissa.sensor.surfaces import Surface
 
+# What a margin of sticking is to, in the order of `Tip.margins`: the friction that holds a pushed
+# tip, or a pulled one, and the end of the states that are known, pushed or pulled.
+FORWARD, BACKWARD, END, PULL = range(4)
 # Clamp positions at which a period is looked at, before its end is sought between two of them.
 LOOKS = 257
 # Steps that are searched together for the end of a period.
@@ -143,23 +146,6 @@ class Slip:
         return np.nan
 
 
-class Exit(StrEnum):
-    """Reason why a period of sticking ends.
-
-    Attributes
-    ----------
-    FORWARD, BACKWARD
-        The friction that holds a pushed tip, or a pulled one.
-    END, PULL
-        The end of the states that are known, pushed or pulled.
-    """
-
-    FORWARD = "forward"
-    BACKWARD = "backward"
-    END = "end"
-    PULL = "pull"
-
-
 @dataclass(frozen=True, kw_only=True)
 class Tip:
     """A tip that sticks at one place.
@@ -182,7 +168,7 @@ class Tip:
     slipped: bool = True
 
     def margins(self, clamp: ArrayLike) -> FloatArray:
-        """Margins of sticking at clamp positions, in the order of `Exit`.
+        """Margins of sticking at clamp positions, shape (4, ...), in the order above.
 
         Tangential forces that friction holds beside the present one, forward and backward, and
         distances to both ends of the states (L); negative where the tip does not stick.
@@ -192,15 +178,14 @@ class Tip:
         forward, backward = fx - self.mu0 * fy, -fx - self.mu0 * fy
         return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
 
-    def exit(self, clamp: float) -> tuple[Exit, bool]:
-        """Why a period of sticking ends with the clamp here, and whether it ends past the lock."""
+    def exit(self, clamp: float) -> tuple[int, bool]:
+        """Which margin ends sticking with the clamp here, and whether that is past the lock."""
         states, x0 = self.stage.states(clamp, self.contact, self.side)
-        return list(Exit)[int(np.argmin(self.margins(clamp)))], bool(x0 > states.x0_lock)
+        return int(np.argmin(self.margins(clamp))), bool(x0 > states.x0_lock)
 
     def swung(self, clamp: float) -> float:
-        """Position of the tip after lateral buckling (L)."""
-        states, x0 = self.stage.states(clamp, self.contact, self.side)
-        return float(self.stage.along(clamp) + self.side * (x0 - states.x1_init))
+        """Position of the tip after lateral buckling (L): as far on the other side."""
+        return 2.0 * float(self.stage.along(clamp)) - self.contact
 
     def slid(self, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
         """Position of the tip after a slip (L); NaN if the slip leaves the computed states."""
