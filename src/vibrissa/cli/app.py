@@ -27,7 +27,7 @@ def command_of(name: str) -> Any:
 
 
 class Commands(TyperGroup):
-    """Commands by name; ends with a line for each error that the user can correct."""
+    """Commands by name; prints an error that the user can correct, and exits."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of the commands."""

@@ -218,5 +218,5 @@ def _violated(nearest: Candidate, alone: Sequence[str]) -> str:
         return f"this rod cannot be used: it violates the constraints {factors}"
     advice = "no single one of them is the cause"
     if alone:
-        advice = f"there would be one without {' or '.join(alone)}"
+        advice = f"dropping {' or '.join(alone)} would allow one"
     return f"no rod meets all constraints: the closest one violates {factors}; {advice}"

@@ -80,7 +80,7 @@ def change(rows: pd.DataFrame) -> Figure:
 
 @kind("versus", columns=(*POINT, *AXES, "mu_lock"))
 def versus(rows: pd.DataFrame) -> Figure:
-    """Difference of μ_lock between each cone and the cylinder, over η and one mounting axis."""
+    """Difference of μ_lock from that of the least θ, over η and one mounting axis."""
     rows, label = _over(rows)
     table = rows.pivot(index="eta", columns=["theta", "over"], values="mu_lock")
     least, *tapers = sorted(set(rows["theta"]))

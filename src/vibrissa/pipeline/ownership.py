@@ -20,7 +20,7 @@ def check(results: Path, study_file: Path) -> None:
     Raises
     ------
     StudyError
-        If the folder belongs to another file that still has this name of a study.
+        If the folder belongs to another file whose key `study` still names it.
     """
     record = results / RECORD
     owner = Path(record.read_text(encoding="utf-8").strip()) if record.is_file() else study_file

@@ -29,7 +29,7 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
     """Choose the presets of the explorer in the report of a study, with a note on omitted scans.
 
     It offers the first `MOST_SCANS` scans that are mounted as in the paper and within the range of
-    the page's fields, thinned out, each named by the figure that shows the least; or else the
+    the page's fields, thinned out, each named by its most specific figure; or else the
     explorer's own presets.
     """
     scans = _solved(found["scans"]) if "scans" in found else []

@@ -312,7 +312,7 @@ class Units:
         return f"{told:.{digits}g} {name}".removesuffix(" 1")
 
     def unit(self, kind: Kind) -> float:
-        """Return the dimensionless unit in SI units."""
+        """Return what a dimensionless 1 is in SI units."""
         if self.rod is None:
             return 1.0
         return {

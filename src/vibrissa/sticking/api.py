@@ -481,8 +481,8 @@ def friction_from_travel(
     curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
     if not float(x0_max) < curve.x0_lock:
         raise ArgumentError(
-            f"x0_max must lie below {curve.x0_lock:.6g}, where the tip of this rod locks at the "
-            f"latest, got {x0_max}"
+            f"x0_max must lie below {curve.x0_lock:.6g}, the longest period of sticking of this rod, "
+            f"got {x0_max}"
         )
     after = min(float(x0_max) + float(dx0), curve.x0_lock)
     low, high = curve.state(np.array([float(x0_max), after])).mobilised_friction
@@ -543,7 +543,7 @@ def _past_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float],
     x0, trail = told(float(stiction.ended.x0[0])), float(stiction.trail.x0[0])
     then = f" and trails behind the clamp until it slips at x0 = {told(trail)}"
     if curve.mounting != IDEAL:
-        then = "; what follows is computed in the ideal mounting only"
+        then = "; in this mounting the motion beyond is not computed"
     elif np.isnan(trail):
         then = " and trails behind the clamp as long as it was followed"
     return {

@@ -47,7 +47,7 @@ def points_table(
     curves: Sequence[StickingCurve],
     study: str,
 ) -> pa.Table:
-    """Table of the points (numbers in the chunk) of some rods, read off their solutions."""
+    """Table of points, given by their numbers in the chunk, read off their curves."""
     keys = columns_at(axes, rows)
     index = np.repeat(np.arange(len(curves)), len(rows) // len(curves))
     mu0 = keys["mu0"].reshape(len(curves), -1)

@@ -33,8 +33,8 @@ class Beside:
     ratio, deviation : ndarray, shape (p,)
         μ0 of each period by the ratio, and its standard deviation; NaN where it was not read.
     difference, spread : float
-        Mean of model less ratio, of periods that do not disagree by themselves unless most do, and
-        its standard deviation; NaN if the periods are too few.
+        Mean of model minus ratio, and its standard deviation. Periods that disagree by themselves
+        are left out if they are fewer than half; NaN if too few are left.
     off : ndarray of bool, shape (p,)
         Which periods disagree: all, where the means do.
     """
