@@ -451,7 +451,7 @@ def rods(**values):
     ],
 )
 def test_more_bent_is_what_all_measures_say(after, verdict):
-    assert by_bending("it is", rods(), rods(**after)).verdict == verdict
+    assert by_bending("it is", rods(), rods(**after), {}).verdict == verdict
 
 
 @pytest.mark.parametrize("theta", [1.0, 2.0, 3.0])

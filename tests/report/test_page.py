@@ -6,6 +6,7 @@ import re
 from html.parser import HTMLParser
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from matplotlib import image
 
@@ -216,9 +217,10 @@ def test_the_scans_are_presets_with_names_of_figures_and_the_tables_rows(study_t
 def test_scans_that_the_page_cannot_repeat_are_counted(study_tables, monkeypatch):
     scans = study_tables["scans"]
     tilted, steep = changed(scans, clamp_angle=0.1), changed(scans, theta=30.0, scan="steep")
-    both = scans.from_batches([*scans.to_batches(), *tilted.to_batches(), *steep.to_batches()])
-    presets, note = motion({"scans": both}, {})
-    assert len(presets) == 6 and "Not offered: 8 scans" in note
+    bent = changed(scans, curvature_powers="-0.6")
+    all_of_them = pa.concat_tables([scans, tilted, steep, bent])
+    presets, note = motion({"scans": all_of_them}, {})
+    assert len(presets) == 6 and "Not offered: 14 scans" in note
     monkeypatch.setattr(motions, "MOST_SCANS", 2)
     monkeypatch.setattr(motions, "MOST_ROWS", 60)
     presets, note = motion(study_tables, {})
@@ -239,7 +241,13 @@ def test_tables_have_some_rows_and_say_once_what_is_the_same(study_tables):
     assert "In all of these rows: η = 0.85, dx0 = 0.001" in points.note
     scans = {column.name: column.cells for column in by_title["Scans"].columns}
     assert all(" … " in cell for cell in scans["reaction_fx"])
-    assert "cycle = 9" in by_title["Scans"].note
+    assert "cycle = 9" in by_title["Scans"].note and "clamp_angle" not in by_title["Scans"].note
+    mounted = pa.concat_tables(
+        [study_tables["scans"], changed(study_tables["scans"], stage_angle=0.1)]
+    )
+    (scans,) = tables.sections({"scans": mounted})
+    cells = {column.name: column.cells for column in scans.columns}
+    assert cells["stage_angle"] == ["0"] * 6 + ["0.1"] * 6
 
 
 @pytest.mark.parametrize(

@@ -101,9 +101,7 @@ def neighbours(series: Sequence[Bending]) -> tuple[Bending, Bending]:
     return Bending.concatenate(before), Bending.concatenate(after)
 
 
-def by_bending(
-    what: str, before: Bending, after: Bending, quantities: Quantities | None = None
-) -> Finding:
+def by_bending(what: str, before: Bending, after: Bending, quantities: Quantities) -> Finding:
     """Judge whether each rod is bent more after than before, by every measure of bending."""
     more = [name for name, one in MEASURES.items() if (one(after) > one(before)).all()]
     others = ", ".join(name for name in MEASURES if name not in more)
@@ -113,7 +111,7 @@ def by_bending(
     if not more:
         reason = f"no measure ({others}) shows throughout that {what}"
     return judged(
-        quantities or {},
+        quantities,
         contradicted=not more,
         # The energy belongs to the whole rod, the other measures to one place of it.
         condition=bool(others) and "bending energy" in more,

@@ -33,11 +33,7 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
     explorer's own presets.
     """
     scans = _solved(found["scans"]) if "scans" in found else []
-    offered = [
-        rows
-        for rows in scans
-        if fits(dict(rows.iloc[0][list(POINT)])) and not rows[list(MOUNTING_AXES)].any(axis=None)
-    ][:MOST_SCANS]
+    offered = [scan for scan in scans if _is_repeatable(scan.iloc[0])][:MOST_SCANS]
     lost = len(scans) - len(offered)
     why = f"they are mounted in another way, beyond the fields, or more than {MOST_SCANS}"
     note = f"Not offered: {counted(lost, 'scan')}, as {why}." if lost else ""
@@ -47,11 +43,16 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
     return tuple(_preset(rows, shared, most, figures) for rows in offered), note
 
 
+def _is_repeatable(step: pd.Series) -> bool:
+    is_ideal = not step[list(MOUNTING_AXES)].any() and pd.isna(step["curvature_powers"])
+    return is_ideal and fits(dict(step[list(POINT)]))
+
+
 def _solved(scans: Readable) -> list[pd.DataFrame]:
     """Rows of each scan that has a result."""
     rows = query.frame(scans, scans.schema.names)
     rows = rows[rows["footpoint"].notna()]
-    groups = rows.groupby([*SCAN, *MOUNTING_AXES], sort=False, dropna=False)
+    groups = rows.groupby([*SCAN, *MOUNTING_AXES, "curvature_powers"], sort=False, dropna=False)
     return [scan for _, scan in groups]
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import pandas as pd
 
 from vibrissa.report.spelling import spell, spell_unit, symbol
+from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.tables import query
 from vibrissa.tables.query import Readable
 from vibrissa.wording import figure_name
@@ -77,12 +78,15 @@ def sections(found: Mapping[str, Readable]) -> list[Section]:
         if name not in SHOWN or not query.count(table):
             continue
         title, columns = SHOWN[name]
+        mounting = [axis for axis in MOUNTING_AXES if axis in table.schema.names]
         if name == "scans":
             note = "cycle, x0: the largest; loads on the clamp: the least and the greatest."
-            shown.append(_section(table, _scans(table, columns), columns, title, note))
+            rows = _scans(table, (*columns, *mounting))
         else:
-            rows = query.spaced(table, columns, MOST_ROWS)
-            shown.append(_section(table, rows, columns, title))
+            note = ""
+            rows = query.spaced(table, (*columns, *mounting), MOST_ROWS)
+        columns = (*columns, *(axis for axis in mounting if rows[axis].any()))
+        shown.append(_section(table, rows, columns, title, note))
     return shown
 
 
@@ -91,7 +95,8 @@ def _scans(table: Readable, columns: Sequence[str]) -> pd.DataFrame:
     rows = query.frame(table, columns)
     loads = {name: _range for name in REACTIONS}
     kept = {"status": "first", "cycle": "max", "x0": "max", **loads}
-    return rows.groupby(list(SCAN), sort=False).agg(kept).reset_index().head(MOST_ROWS)
+    scans = rows.groupby([*SCAN, *MOUNTING_AXES], sort=False).agg(kept)
+    return scans.reset_index().head(MOST_ROWS)
 
 
 def _range(values: pd.Series) -> str:
@@ -100,7 +105,7 @@ def _range(values: pd.Series) -> str:
 
 
 def _section(
-    table: Readable, rows: pd.DataFrame, names: Sequence[str], title: str, note: str = ""
+    table: Readable, rows: pd.DataFrame, names: Sequence[str], title: str, note: str
 ) -> Section:
     """Section of some columns; its note has the values that are equal in all rows."""
     columns = [_column(table, name, rows[name].astype(object)) for name in names]
