@@ -481,8 +481,8 @@ def friction_from_travel(
     curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
     if not float(x0_max) < curve.x0_lock:
         raise ArgumentError(
-            f"x0_max must lie below {curve.x0_lock:.6g}, the longest period of sticking of this rod, "
-            f"got {x0_max}"
+            f"x0_max must lie below {curve.x0_lock:.6g}, the longest period of sticking of this "
+            f"rod, got {x0_max}"
         )
     after = min(float(x0_max) + float(dx0), curve.x0_lock)
     low, high = curve.state(np.array([float(x0_max), after])).mobilised_friction
