@@ -5,16 +5,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Field,
-    FiniteFloat,
-    GetCoreSchemaHandler,
-    PlainSerializer,
-)
-from pydantic import GetJsonSchemaHandler as JsonHandler
-from pydantic_core import CoreSchema
+from pydantic import AfterValidator, BeforeValidator, Field, FiniteFloat, PlainSerializer
 
 from vibrissa.decimals import exact, spell
 from vibrissa.study.sections import Section
@@ -112,25 +103,16 @@ class Axis:
     meaning: str
     number: Any
 
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """Accept a value, a list of values or a range; order the values."""
         values = list[self.number]  # type: ignore[name-defined]
         written = BeforeValidator(_expanded, json_schema_input_type=self.number | values | Range)
+        some = Annotated[values, Field(min_length=1), written]
         return handler.generate_schema(
-            Annotated[
-                values,
-                Field(min_length=1),
-                written,
-                AfterValidator(_ordered),
-                PlainSerializer(list),
-            ]
+            Annotated[some, AfterValidator(_ordered), PlainSerializer(list)]
         )
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: JsonHandler
-    ) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
         """Describe the key of the axis."""
         return {**handler(schema), "description": self.meaning}
 
