@@ -11,8 +11,7 @@ The free part needs no bound of its own: it reaches up to η, so that s_c > η. 
 curved rod the *tail* beyond the contact point hangs free; it may cross the free part.
 """
 
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -20,7 +19,7 @@ from numpy.polynomial import legendre
 from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.mounting import polynomial, tail
 from vibrissa.mechanics.states import RodStates
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
@@ -102,8 +101,9 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         shapes = _Shapes.of(some, with_tail=bool(curls.any()))
         # A tip that passes through the surface is no arch.
         touches = some.line | (ends(some).phi1 >= -LEVEL)
-        arch = np.where(touches, eta[near] - shapes.extreme(lowest=False), np.inf)
-        found.clamp[near] = shapes.extreme(lowest=True)
+        known = shapes.at(shapes.places[None])
+        arch = np.where(touches, eta[near] - shapes.extreme(known, lowest=False), np.inf)
+        found.clamp[near] = shapes.extreme(known, lowest=True)
         found.surface[near] = np.minimum(found.surface[near], arch)
         found.itself[near] = shapes.gaps()
     return found
@@ -133,8 +133,6 @@ class _Shapes(Batch):
         Coefficients of κ0 of the tails, at 1 < τ ≤ 2; k = 0 where all rods are straight.
     """
 
-    phi: FloatArray
-    y: FloatArray
     slope: FloatArray
     along: FloatArray
     up: FloatArray
@@ -148,9 +146,7 @@ class _Shapes(Batch):
         density, _ = states.densities(rule.nodes)
         along, up = density * np.cos(states.phi), density * np.sin(states.phi)
         slope = states.phi @ rule.to_coefficients.T
-        shapes = cls(
-            phi=states.phi,
-            y=up @ rule.from_start.T,
+        return cls(
             slope=slope,
             along=along @ rule.to_coefficients.T,
             up=up @ rule.to_coefficients.T,
@@ -158,13 +154,12 @@ class _Shapes(Batch):
             s_c=states.s_c,
             curvature=states.curvature[:, : None if with_tail else 0],
         )
-        closely = shapes.at(_places(states.nodes)[None])
-        return replace(shapes, phi=closely.phi, y=closely.y)
 
     @property
     def places(self) -> FloatArray:
-        """Values of τ at which the shapes are known: Gauss nodes, and more next to the tip."""
-        return _places(self.slope.shape[1])
+        """Gauss nodes in τ, and more places next to the tip."""
+        nodes = gauss_rule(self.slope.shape[1]).nodes
+        return np.sort(np.append(nodes, 1.0 - NEXT_TO_TIP))
 
     @property
     def end(self) -> float:
@@ -199,20 +194,18 @@ class _Shapes(Batch):
             speed=np.where(beyond, length, places.speed),
         )
 
-    def steepness(self, tau: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def steepness(self, tau: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
         """Evaluate sin φ and its derivative at one place of each of some shapes."""
-        values, _ = legendre_series(self.slope.shape[1], tau)
-        slope, bend = self.slope[rows.astype(int)], self.bend[rows.astype(int)]
-        phi = np.vecdot(values, slope)
-        return np.sin(phi), np.cos(phi) * np.vecdot(values[:, : bend.shape[1]], bend)
+        place = self.take(rows).at(tau[:, None])
+        return np.sin(place.phi[:, 0]), np.cos(place.phi[:, 0]) * place.bend[:, 0]
 
-    def extreme(self, *, lowest: bool) -> FloatArray:
-        """Height of the lowest or highest point inside each shape; infinite if there is none."""
+    def extreme(self, known: "_Places", *, lowest: bool) -> FloatArray:
+        """Height of each shape's lowest or highest inner point, infinite if none, from `places`."""
         sign = 1.0 if lowest else -1.0
-        rise = sign * np.sin(self.phi)
+        rise = sign * np.sin(known.phi)
         # Between two nodes the height falls no longer.
         turns = (rise[:, :-1] < 0.0) & (rise[:, 1:] >= 0.0)
-        height = sign * self.y
+        height = sign * known.y
         height = np.where(turns, np.minimum(height[:, :-1], height[:, 1:]), np.inf)
         before = height.argmin(axis=1)
         rows = np.flatnonzero(turns.any(axis=1))
@@ -221,7 +214,7 @@ class _Shapes(Batch):
             turning, index = self.take(rows), np.arange(len(rows))
             tau = self.places
             low, high = tau[before[rows]], tau[before[rows] + 1]
-            at = bracketed_root(turning.steepness, low, high, index.astype(float))
+            at = bracketed_root(turning.steepness, low, high, index)
             found[rows] = turning.at(at[:, None]).y[:, 0]
         return found
 
@@ -275,11 +268,6 @@ class _Shapes(Batch):
         crosses = (np.hypot(*way.T) < TOLERANCE) & (tau.max(axis=1) < self.end)
         gap = np.where(crosses, -np.abs(np.sin(turn)), np.sign(turn) * lever[:, 0])
         return np.where(found, gap, np.nan)
-
-
-@lru_cache
-def _places(nodes: int) -> FloatArray:
-    return np.sort(np.append(gauss_rule(nodes).nodes, 1.0 - NEXT_TO_TIP))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -4,10 +4,14 @@ The *bending coordinate* ``tau`` ∈ [0, 1] is defined by ds/dτ = θ·d(s)², s
 smooth everywhere in τ; at θ = 1 it is s.
 """
 
+from typing import TypeAlias
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.numerics.arrays import FloatArray
+
+Floats: TypeAlias = FloatArray | float
 
 
 def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
@@ -35,56 +39,47 @@ def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     return diameter(s, theta) ** 4
 
 
-def bending_coordinate(s: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+def bending_coordinate(s: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
     """Bending coordinate of an arc length up to s_c (L), the inverse of s(τ) = θ·s_c·τ/h.
 
     With h = θ − (θ − 1)·s_c·(1 − τ), which is proportional to 1/d(s(τ)).
     """
-    s, theta, s_c = (np.asarray(value, dtype=float) for value in (s, theta, s_c))
-    return s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s))
+    return np.asarray(s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s)))
 
 
-def arc_length(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+def arc_length(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
     """Arc length s(τ) = θ·s_c·τ/h (L), the inverse of `bending_coordinate`."""
-    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
     return np.asarray(theta * s_c * tau / _inverse_diameter(tau, theta, s_c))
 
 
-def arc_length_growth(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike) -> FloatArray:
+def arc_length_growth(tau: Floats, theta: Floats, s_c: Floats) -> FloatArray:
     """Differentiate `arc_length` with respect to s_c at a fixed τ: θ²·τ/h²."""
-    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
     return np.asarray(theta**2 * tau / _inverse_diameter(tau, theta, s_c) ** 2)
 
 
-def arc_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+def arc_density(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
     """Arc length per bending coordinate (L), ds/dτ = θ·s_c·g/h² ∝ d², g = θ − (θ − 1)·s_c."""
     return densities(tau, theta, s_c)[0]
 
 
-def densities(
-    tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0
-) -> tuple[FloatArray, FloatArray]:
+def densities(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> tuple[FloatArray, FloatArray]:
     """Arc length and bending compliance per bending coordinate: `arc_density` and θ·s_c·h²/g³.
 
     Their units are L and L/(E·I0).
     """
-    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
     shrinks, free = (theta - 1.0) * s_c, theta * s_c
     g = theta - shrinks
-    square = (g + shrinks * tau) ** 2
+    square = np.asarray((g + shrinks * tau) ** 2)
     return free * g / square, free / g**3 * square
 
 
-def density_growth(
-    tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike
-) -> tuple[FloatArray, FloatArray]:
+def density_growth(tau: Floats, theta: Floats, s_c: Floats) -> tuple[FloatArray, FloatArray]:
     """Logarithmic derivatives of both `densities` with respect to s_c (1/L)."""
-    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
     h_growth = -(theta - 1.0) * (1.0 - tau) / _inverse_diameter(tau, theta, s_c)
     g_growth = -(theta - 1.0) / _inverse_diameter(0.0, theta, s_c)
     return 1.0 / s_c + g_growth - 2.0 * h_growth, 1.0 / s_c + 2.0 * h_growth - 3.0 * g_growth
 
 
-def _inverse_diameter(tau: ArrayLike, theta: FloatArray, s_c: FloatArray) -> FloatArray:
+def _inverse_diameter(tau: Floats, theta: Floats, s_c: Floats) -> FloatArray:
     """H = θ − (θ − 1)·s_c·(1 − τ): proportional to 1/d along the free part; g at τ = 0."""
-    return np.asarray(theta - (theta - 1.0) * s_c * (1.0 - np.asarray(tau)))
+    return np.asarray(theta - (theta - 1.0) * s_c * (1.0 - tau))

@@ -112,7 +112,9 @@ class CurveArray:
             if not len(rows):
                 return onset
             level = mu0[rows]
-            at = self.pieces.first(place[rows], sampled, level, _slips_ahead(level), places=places)
+            # The sum has the sign of −tan α − μ0 as long as the surface pushes.
+            slips_ahead = {"reaction_fy": level, "reaction_fx": -1.0}
+            at = self.pieces.first(place[rows], sampled, level, slips_ahead, places=places)
             onset[rows] = self.pieces.displacements(place[rows], at)
             place = place + 1
 
@@ -194,13 +196,6 @@ def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState
     )
 
 
-# Weights of columns that sum to zero where the tip slips.
-
-
-def _slips_ahead(mu0: FloatArray) -> Mapping[str, FloatArray | float]:
-    # Has the sign of −tan α − μ0 as long as the surface pushes.
-    return {"reaction_fy": mu0, "reaction_fx": -1.0}
-
-
 def _slips_back(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
+    """Weights of columns that sum to zero where the tip slips back."""
     return {"reaction_fy": np.tan(alpha), "reaction_fx": 1.0}

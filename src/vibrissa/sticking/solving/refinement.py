@@ -4,7 +4,7 @@ Nodes along the rod and states along the part grow until both series and the res
 states are below the tolerance.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -13,7 +13,7 @@ import numpy as np
 from vibrissa.mechanics.equations import coefficient_decay, ends, largest_residual
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import SCALARS, RodStates, transfer
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform, interpolation
 from vibrissa.sticking.solving.cutting import (
@@ -100,7 +100,7 @@ class Resolved(Batch):
 def resolve(guess: PathStates) -> Iterator[Resolved]:
     """Solve parts on more and more nodes; yields those, or their halves, that could be resolved."""
     # The knots show how many nodes along the rod the states need.
-    needed = _nodes_needed(_rod_decay(guess), guess.nodes)
+    needed = _needed(NODES_ALONG_ROD, guess.nodes, _rod_decay(guess), DECAY_TOLERANCE)
     tasks = [
         (guess.take(np.flatnonzero(needed == nodes)).on_nodes(int(nodes)), HALVINGS)
         for nodes in np.unique(needed)
@@ -129,7 +129,9 @@ def resolve(guess: PathStates) -> Iterator[Resolved]:
         better = replace(task, unknowns=np.where(solved, path.unknowns, task.unknowns))
         if finer and len(coarse):
             tasks.append((better.take(coarse).on_nodes(finer[0]), halvings))
-        wanted = _states_needed(decay, count)
+        # Degrees of series; where no number of states is enough, a part is halved.
+        degrees = [*(n - 1 for n in STATES_ALONG_PART if n > count), np.inf]
+        wanted = 1 + _needed(degrees, count - 1, decay, 0.1 * DECAY_TOLERANCE)
         for more in np.unique(wanted[fine]):
             some = better.take(np.flatnonzero(fine & (wanted == more)))
             if np.isfinite(more):
@@ -147,20 +149,11 @@ def _halves(path: PathStates) -> Iterator[PathStates]:
         yield replace(path.at(position), parts=half)
 
 
-def _nodes_needed(decay: FloatArray, nodes: int) -> IntArray:
-    """Lowest number of nodes with which geometric series along the rod decay far enough."""
+def _needed(ladder: Sequence[float], number: int, decay: FloatArray, target: float) -> FloatArray:
+    """Lowest number on a ladder with which geometric series decay to a target, or its last."""
     with np.errstate(divide="ignore"):
-        needed = nodes * np.log(DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
-    ladder = np.array(NODES_ALONG_ROD)
-    return ladder[np.searchsorted(ladder, np.minimum(needed, ladder[-1]))]
-
-
-def _states_needed(decay: FloatArray, count: int) -> FloatArray:
-    """How many states let geometric series decay far enough; infinite if a part is to be halved."""
-    with np.errstate(divide="ignore"):
-        needed = 1 + (count - 1) * np.log(0.1 * DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
-    ladder = np.array([*(n for n in STATES_ALONG_PART if n > count), np.inf])
-    return ladder[np.searchsorted(ladder, needed)]
+        needed = number * np.log(target) / np.log(np.minimum(decay, 0.5))
+    return np.array(ladder)[np.searchsorted(ladder, np.minimum(needed, ladder[-1]))]
 
 
 def _rod_decay(path: PathStates) -> FloatArray:

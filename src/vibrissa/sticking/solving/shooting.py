@@ -53,9 +53,6 @@ class Tolerances:
         Distance between tip and contact point (L) above which a search is not believed.
     restarts : int
         Searches that may follow one that is not believed.
-    predict : bool
-        Start each search where the last two states point to; otherwise at the last state with the
-        simplex of ``fminsearch``.
     """
 
     rtol: float = 1e-10
@@ -63,13 +60,12 @@ class Tolerances:
     simplex: float = 1e-11
     miss: float = 1e-9
     restarts: int = 6
-    predict: bool = True
 
 
 PRECISE = Tolerances()
-# MATLAB's defaults and its plain warm start, as the paper has them. A miss well above the search's
-# own tolerance tells a false minimum.
-PAPER = Tolerances(rtol=1e-3, atol=1e-6, simplex=1e-4, miss=2e-4, predict=False)
+# MATLAB's defaults, as the paper has them. A miss well above the search's own tolerance tells a
+# false minimum.
+PAPER = Tolerances(rtol=1e-3, atol=1e-6, simplex=1e-4, miss=2e-4)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,7 +180,9 @@ def walk(
     x1_init = states[0].x1
     beyond = 0
     while states[-1].miss <= tolerances.miss and len(states) * dx0 < WALK_LIMIT * x1_init:
-        guess, spread = _warm_start(states, tolerances)
+        last = states[-1]
+        # The simplex of fminsearch: 5 % of each coordinate, 0.00025 where it is zero.
+        guess, spread = (last.f, last.alpha), (0.05 * last.f, 0.05 * last.alpha or 0.00025)
         x1 = x1_init - len(states) * dx0
         states.append(_search(theta, eta, guess, spread, tolerances, x1=x1))
         demand, previous = (-math.tan(state.alpha) for state in states[-1:-3:-1])
@@ -194,21 +192,6 @@ def walk(
         if beyond == STEPS_BEYOND_LOCK:
             break
     return states
-
-
-def _warm_start(
-    states: list[ShotState], tolerances: Tolerances
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Where the next search for (f, α) starts, and the edges of its simplex."""
-    last = states[-1]
-    if not tolerances.predict or len(states) == 1:
-        # fminsearch: 5 % of each coordinate, 0.00025 where it is zero
-        return (last.f, last.alpha), (0.05 * last.f, 0.05 * last.alpha or 0.00025)
-    before = states[-2]
-    df, dalpha = last.f - before.f, last.alpha - before.alpha
-    # The change over the last step is the scale on which the next state is unknown.
-    spread = (max(0.2 * abs(df), 1e-4), min(-0.2 * abs(dalpha), -1e-4))
-    return (last.f + df, last.alpha + dalpha), spread
 
 
 def solve_curve(
