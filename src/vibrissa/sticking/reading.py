@@ -113,8 +113,8 @@ class CurveArray:
                 return onset
             level = mu0[rows]
             # The sum has the sign of −tan α − μ0 as long as the surface pushes.
-            slips_ahead = {"reaction_fy": level, "reaction_fx": -1.0}
-            at = self.pieces.first(place[rows], sampled, level, slips_ahead, places=places)
+            ahead: dict[str, FloatArray | float] = {"reaction_fy": level, "reaction_fx": -1.0}
+            at = self.pieces.first(place[rows], sampled, level, ahead, places=places)
             onset[rows] = self.pieces.displacements(place[rows], at)
             place = place + 1
 
