@@ -307,7 +307,7 @@ def test_a_lone_spike_takes_its_row_and_no_other(channel):
     run = even()
     run.readings[20, channel] -= 0.5
     found = read_ratio(run, QUIET)
-    assert found.notes == ("a lone spike in 1 rows, left out: line 22",)
+    assert found.notes == ("a lone spike in 1 row, left out: line 22",)
     assert found.first.tolist() == [0, 15, 30, 45] and found.last.tolist() == [14, 29, 44, 59]
     assert found.mu0[:3] == pytest.approx([0.39] * 3, abs=2e-4)
 

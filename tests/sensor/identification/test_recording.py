@@ -73,10 +73,10 @@ def test_what_is_missing_or_saturated_matters_where_it_is_used(method, channel, 
         assert len(found) == 30 - left
         # In a DataFrame its rows are counted from 1 on.
         if left:
-            assert found.notes == (f"{why} in 1 rows, left out: line 8",)
+            assert found.notes == (f"{why} in 1 row, left out: line 8",)
             assert 8 not in found.line
         else:
-            assert found.notes == ("moment_z is missing or saturated in 1 rows: it is not used",)
+            assert found.notes == ("moment_z is missing or saturated in 1 row: it is not used",)
             assert np.isnan(found.readings[:, number]).all()
     # Without a transducer there is no limit.
     frame.loc[7, channel] = -limit
@@ -101,7 +101,7 @@ def test_a_missing_position_counts_and_one_row_is_left_out_once():
     frame.loc[[4, 5], "force_x [N]"] = -20.0
     missing, full = read(frame, transducer=SENSOR).notes
     assert missing == "a value is missing in 2 rows, left out: line 4, 5"
-    assert full == "the transducer is saturated in 1 rows, left out: line 6"
+    assert full == "the transducer is saturated in 1 row, left out: line 6"
 
 
 @pytest.mark.parametrize(("unit", "interval"), [("s", 2.0), ("ms", 2e-3), ("min", 120.0)])

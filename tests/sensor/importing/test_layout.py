@@ -150,7 +150,7 @@ def test_comments_may_be_anywhere_and_hold_the_titles():
         text.encode(), Settings.read(column={n: s.split()[0] for n, s in SOURCES.items()})
     )
     assert found.values["force_x"] == pytest.approx(np.array(ROWS)[:, 1])
-    assert "comments in 1 rows, left out: line 3" in found.notes
+    assert "comments in 1 row, left out: line 3" in found.notes
 
 
 @given(

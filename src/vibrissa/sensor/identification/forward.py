@@ -23,13 +23,7 @@ from vibrissa.sensor.identification.parameters import OF_ROD, Parameter
 from vibrissa.sensor.identification.slips import Ends, speed_of
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.response.branch import Response, responses
-from vibrissa.sensor.response.heights import (
-    HIGHEST,
-    LOWEST,
-    HeightRange,
-    Heights,
-    HeightStates,
-)
+from vibrissa.sensor.response.heights import HIGHEST, LOWEST, HeightRange, Heights, HeightStates
 from vibrissa.sensor.whisker import Whisker
 
 # Heights per part of the range of a stage, the widest part, and how much farther it is known, as

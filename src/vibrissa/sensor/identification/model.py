@@ -10,13 +10,7 @@ from vibrissa.sensor.identification.fit import Fit, fitted, started
 from vibrissa.sensor.identification.forward import Forward
 from vibrissa.sensor.identification.goodness import Goodness, causes_of, estimates_of
 from vibrissa.sensor.identification.mixing import MISFIT, NearestStates
-from vibrissa.sensor.identification.periods import (
-    Check,
-    Grade,
-    Periods,
-    PeriodStatus,
-    periods_of,
-)
+from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus, periods_of
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation, summary_of

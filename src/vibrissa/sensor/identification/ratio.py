@@ -21,12 +21,7 @@ from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.goodness import estimates_of
 from vibrissa.sensor.identification.parameters import BEARING, Parameter
-from vibrissa.sensor.identification.periods import (
-    Check,
-    Grade,
-    PeriodStatus,
-    periods_of,
-)
+from vibrissa.sensor.identification.periods import Check, Grade, PeriodStatus, periods_of
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slips import Ends, Slipped

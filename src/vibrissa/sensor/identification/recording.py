@@ -13,14 +13,9 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
 from vibrissa.sensor.identification.ends import moving, touching
-from vibrissa.sensor.quantities import (
-    CHANNEL_KINDS,
-    Kind,
-    Measured,
-    Units,
-    wished_units,
-)
+from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Measured, Units, wished_units
 from vibrissa.sensor.transducer import CHANNELS, Transducer
+from vibrissa.wording import counted
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -174,7 +169,8 @@ def _used(
     if not suffices(used):
         used = [MOMENT] if MOMENT in there and part[MOMENT] < part[FORCES].max() else there
     notes = (
-        f"{CHANNELS[i]} is missing or saturated in {int(lost[:, i].sum())} rows: it is not used"
+        f"{CHANNELS[i]} is missing or saturated in {counted(int(lost[:, i].sum()), 'row')}: it "
+        "is not used"
         for i in there
         if i not in used
     )
@@ -260,7 +256,7 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
     if not len(lines):
         return ()
     shown = ", ".join(str(line) for line in lines[:5]) + (", ..." if len(lines) > 5 else "")
-    return (f"{why} in {len(lines)} rows, left out: line {shown}",)
+    return (f"{why} in {counted(len(lines), 'row')}, left out: line {shown}",)
 
 
 def check_size(rows: int, notes: Sequence[str] = ()) -> None:

@@ -14,12 +14,7 @@ from scipy.signal import find_peaks
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.recording import (
-    FORCES,
-    MOMENT,
-    Recording,
-    noise_of,
-)
+from vibrissa.sensor.identification.recording import FORCES, MOMENT, Recording, noise_of
 
 # A fall by so many standard deviations of one reading is a slip: of 10^5 samples with hardly any
 # load from one to the next, one recording in ten shows it by chance.

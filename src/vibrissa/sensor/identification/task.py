@@ -15,10 +15,7 @@ from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
 from vibrissa.sensor.identification.slips import Slipped, slipped
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.quantities import Kind, Quantity, Units
-from vibrissa.sensor.tolerances import (
-    assumed_tolerances,
-    read_tolerances,
-)
+from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.sensor.whisker import Whisker
 
