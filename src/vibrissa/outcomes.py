@@ -42,9 +42,9 @@ class End(StrEnum):
     SLIPS_BACK
         tan α = +μ0: the tip slips against the direction in which the clamp moves.
     SWINGS_ASIDE
-        A round rod buckles laterally, where the contact point lies on the clamp's axis
-        (docs/lateral.md). It then trails behind the clamp until its tip slips. In other mountings
-        what follows is not computed.
+        A round rod buckles laterally, with the contact point on or near the clamp's axis
+        (docs/lateral.md). It then trails the clamp until its tip slips: computed for the ideal
+        mounting alone.
     SNAPS
         Limit point: a rod that stays in its plane snaps through, as x0 has a maximum.
     OUT_OF_REACH

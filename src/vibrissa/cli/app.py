@@ -14,7 +14,7 @@ HELP: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
 COMMANDS = {
     "solve": "One rod on one surface: onset of slip, clamp reactions and largest strain.",
     "scan": "Move the clamp over a surface and write the signals, step by step.",
-    "import": "Make a recording for identify from a laboratory's file, and report how it was read.",
+    "import": "Turn a laboratory's file into a recording for identify; report how it was read.",
     "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
     "design": "Find the rod that measures friction best, and its active constraints.",
 }

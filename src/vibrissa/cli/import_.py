@@ -21,7 +21,7 @@ def import_(
     settings: Settings,
     output: Out,
 ) -> None:
-    """Make a recording for identify from a laboratory's file, and report how it was read.
+    """Turn a laboratory's file into a recording for identify; report how it was read.
 
     Finds encoding, separator, decimal sign, titles, units and the rows without load before the rod
     is lowered, whose mean is subtracted. Turns axes, and moves the moment to the clamp. Ambiguous

@@ -60,7 +60,7 @@ def gauss_rule(n: int) -> GaussRule:
 def legendre_series(n: int, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Values at `tau` of `n` Legendre polynomials on [0, 1] and of their integrals from 0.
 
-    Both have the shape tau.shape + (n,), n at least 2.
+    Both have the shape tau.shape + (n,), n at least 1.
     """
     vandermonde = legendre.legvander(2.0 * tau - 1.0, n)
     degree = np.arange(1, n)

@@ -35,8 +35,8 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
     scans = _solved(found["scans"]) if "scans" in found else []
     offered = [scan for scan in scans if _is_repeatable(scan.iloc[0])][:MOST_SCANS]
     lost = len(scans) - len(offered)
-    why = f"they are mounted in another way, beyond the fields, or more than {MOST_SCANS}"
-    note = f"Not offered: {counted(lost, 'scan')}, as {why}." if lost else ""
+    why = f"the page takes at most {MOST_SCANS}, ideally mounted, within its fields"
+    note = f"Not offered: {counted(lost, 'scan')}; {why}." if lost else ""
     if not offered:
         return (*PAPER, *MOUNTED), note
     shared, most = _shared(found["scans"]), MOST_ROWS // len(offered)

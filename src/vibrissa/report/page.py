@@ -57,7 +57,7 @@ class About:
     Attributes
     ----------
     claims : mapping of str
-        As in the study file; empty of studies that are not the paper's.
+        As in the study file; empty where it has none.
     study_file : tuple of str
         Its name and text.
     """

@@ -141,7 +141,7 @@ class CurveArray:
         return demand, places
 
     def motion_end(self, index: IntArray, mu0: FloatArray) -> tuple[list[End], StickingState]:
-        """How and where sticking ends that goes on past the lock, for μ0 above μ_lock."""
+        """How and where sticking past the lock ends, for μ0 above μ_lock."""
         states = StickingState.unknown(len(mu0))
         ends = np.array([curve.end for curve in self.curves], dtype=object)[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)

@@ -204,7 +204,7 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
     Raises
     ------
     RecordingError
-        If it cannot be read as a recording, or in more than one way; a line for each error.
+        If it is no recording, or can be read in more than one way; a line for each error.
     """
     text = decoded(data, name)
     layout = layout_of(text, name, settings.decimal)

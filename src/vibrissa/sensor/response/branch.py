@@ -27,7 +27,7 @@ TINY = 1e-9
 
 
 class States(ABC):
-    """States of a rod by the displacement x0: of one branch, or each at a height of its own.
+    """States of a rod over the displacement x0, all at one height, or each at its own.
 
     Attributes
     ----------
