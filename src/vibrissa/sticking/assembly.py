@@ -21,7 +21,6 @@ NOT_IN_PLANE = (
     "the rod leaves its plane with alpha = 0 already; try section: planar, a smaller eta, or a "
     "curvature that is less towards the surface"
 )
-_FORCE = ("reaction_fx", "reaction_fy")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -39,14 +38,6 @@ class ShapeLimits(Batch):
     out_of_reach: FloatArray
     swings_aside: FloatArray
     reason: StrArray
-
-
-def _demand_slope(
-    force: FloatArray, slope: FloatArray, curvature: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Differentiate fx/fy, times fy², and that product once more."""
-    (fx, fy), (dfx, dfy), (ddfx, ddfy) = force, slope, curvature
-    return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
 
 
 class _Extremes(NamedTuple):
@@ -116,11 +107,12 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
 def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[StickingCurve]:
     """Cut curves off at their first end."""
     pieces = Pieces.concatenate([curve.pieces for curve in followed])
+    rows, fy = np.arange(len(pieces)), pieces.samples.reaction_fy
     found = {
         End.OUT_OF_REACH: limits.out_of_reach,
         End.SWINGS_ASIDE: np.fmin(limits.swings_aside, _passes_under(followed, pieces)),
         End.SNAPS: pieces.turning_points(),
-        End.LIFTS_OFF: _lifts(pieces),
+        End.LIFTS_OFF: pieces.first(rows, fy, np.zeros(len(rows)), {"reaction_fy": 1.0}),
     }
     at = np.array([*found.values()])
     at[np.isnan(at)] = np.inf
@@ -129,23 +121,17 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
     shorter, cut = pieces.copy(), np.flatnonzero(begins & (stop < pieces.stop))
     shorter.put(cut, pieces.take(cut).up_to(stop[cut]))
     kept = []
-    for curve, rows in zip(followed, _rows(followed), strict=True):
-        end, reason, last = curve.end, curve.end_message, rows.stop
-        if np.isfinite(stop[rows]).any():
-            row = rows.start + int(np.isfinite(stop[rows]).argmax())
+    for curve, own in zip(followed, _rows(followed), strict=True):
+        end, reason, last = curve.end, curve.end_message, own.stop
+        if np.isfinite(stop[own]).any():
+            row = own.start + int(np.isfinite(stop[own]).argmax())
             end, last = ends[row], row + int(begins[row])
             reason = str(limits.reason[row]) if end is End.OUT_OF_REACH else ""
-        if end is End.SWINGS_ASIDE and last == rows.start:
+        if end is End.SWINGS_ASIDE and last == own.start:
             reason = NOT_IN_PLANE
-        some = shorter.take(np.arange(rows.start, last))
+        some = shorter.take(np.arange(own.start, last))
         kept.append(replace(curve, pieces=some, end=end, end_message=reason))
     return kept
-
-
-def _lifts(pieces: Pieces) -> FloatArray:
-    """Where on each piece the surface would have to pull from there on; NaN where nowhere."""
-    none, fy = np.zeros(len(pieces)), pieces.samples.reaction_fy
-    return pieces.first(np.arange(len(pieces)), fy, none, {"reaction_fy": 1.0})
 
 
 def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray:
@@ -165,10 +151,7 @@ def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray
 def _extremes(pieces: Pieces) -> _Extremes:
     """Find where −tan α is largest, and where rods touch the surface."""
     rows, tips = np.arange(len(pieces)), np.flatnonzero(~pieces.line)
-    # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
-    ahead = pieces.samples.reaction_fx <= 0.0
-    sampled = np.where(ahead, pieces.samples.mobilised_friction, -np.inf)
-    states = pieces.at(rows, pieces.largest(rows, sampled, _FORCE, _demand_slope))
+    states = pieces.at(rows, pieces.largest_friction())
     demand = np.where(states.reaction_fx <= 0.0, states.mobilised_friction, 0.0)
     touch, none = pieces.first_x0.copy(), np.zeros(len(tips))
     at = pieces.first(tips, -pieces.samples.phi1, none, {"phi1": 1.0})

@@ -20,8 +20,9 @@ from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
-from vibrissa.sticking.reading import CurveArray, mirrored
+from vibrissa.sticking.reading import mirrored
 from vibrissa.sticking.solving.collocation import solve_curves
+from vibrissa.sticking.stiction import read_curve
 
 
 class Phase(StrEnum):
@@ -177,15 +178,13 @@ def _end_of_sticking(
     curve: StickingCurve, mu0: float, *, later: bool = False
 ) -> tuple[Status, float, bool]:
     """Return what becomes of the tip, where (L, since α = 0), and whether it slips there."""
-    only = np.zeros(1, dtype=np.int64)
-    (until,), (status,) = CurveArray(curves=(curve,)).outcomes(only, np.array([mu0]))
+    read = read_curve(curve, [exact(mu0)], [Decimal(1)])
+    (status,), trail, end = read.status, float(read.trail.x0[0]), float(read.ended.x0[0])
     if status is not Status.LOCK:
-        return status, float(until), status is Status.SLIP
-    trail = float(curve.trailing_end(mu0).x0[0])
+        return status, float(read.x0_slip[0]), status is Status.SLIP
     if np.isfinite(trail):
         # A later period begins behind the clamp already.
         return status, trail - 2.0 * curve.x0_end * later, True
-    end = float(curve.motion_end(mu0)[1].x0[0])
     return status, end if np.isfinite(end) else curve.x0_lock, False
 
 

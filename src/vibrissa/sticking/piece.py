@@ -3,7 +3,7 @@
 The result on one of some `Pieces` does not depend on the others, bit for bit.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -52,8 +52,6 @@ class StickingState(ContactState):
 
 # Weights of columns in the displacement.
 DISPLACEMENT = {"x0": 1.0}
-# Maps some columns, their first and their second derivatives to two numbers for each place.
-Slope = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def rounded_contact(s_c: FloatArray) -> FloatArray:
@@ -225,32 +223,23 @@ class Pieces(Batch):
         found[inside] = bracketed_root(excess, low, high, index, value, *each, guess=guess)
         return found
 
-    def largest(
-        self, index: IntArray, sampled: FloatArray, columns: Sequence[str], slope: Slope
-    ) -> FloatArray:
-        """Find where a quantity, `sampled` at the `sample_places` of these pieces, is largest.
+    def largest_friction(self) -> FloatArray:
+        """Values of the parameters at which −tan α is largest, as far as fx ≤ 0."""
+        # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
+        ahead = self.samples.reaction_fx <= 0.0
+        top = np.where(ahead, self.samples.mobilised_friction, -np.inf).argmax(axis=1)
+        rows, t = np.arange(len(self)), self.sample_places
 
-        Parameters
-        ----------
-        columns : sequence of str
-            What the quantity depends on.
-        slope : callable
-            Maps the columns and their first two derivatives to a function with the sign of the
-            quantity's slope, and to the derivative of that function.
-        """
+        def slope(t: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
+            """Differentiate fx/fy, times fy², and that product once more."""
+            force, first, second = self._values(index, t, ("reaction_fx", "reaction_fy"), (0, 1, 2))
+            (fx, fy), (dfx, dfy), (ddfx, ddfy) = force, first, second
+            return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
 
-        def sloped(t: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
-            return slope(*self._values(index, t, columns, (0, 1, 2)))
-
-        t, top = self.sample_places[index], np.argmax(sampled, axis=1)
-        rows = np.arange(len(index))
-        found = t[rows, top]
         # At an end it may still be inside by less than a sample.
         low, high = t[rows, np.maximum(top - 1, 0)], t[rows, np.minimum(top + 1, SAMPLES - 1)]
-        before, after = sloped(np.append(low, high), np.tile(index, 2))[0].reshape(2, -1)
-        inside = np.flatnonzero(before * after < 0.0)
-        if len(inside):
-            found[inside] = bracketed_root(sloped, low[inside], high[inside], index[inside])
+        found, inside = t[rows, top], slope(low, rows)[0] * slope(high, rows)[0] < 0.0
+        found[inside] = bracketed_root(slope, low[inside], high[inside], rows[inside])
         return found
 
     def turning_points(self) -> FloatArray:

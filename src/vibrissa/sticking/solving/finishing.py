@@ -61,11 +61,8 @@ def finished(
     """Add to resolved parts their stability and how far their shapes are admissible."""
     parts = found.path.parts
     pieces = _pieces(found, branches, side, round_rods)
-    limits = ShapeLimits(
-        out_of_reach=np.full(len(parts), np.nan),
-        swings_aside=np.full(len(parts), np.nan),
-        reason=np.full(len(parts), "", dtype=object),
-    )
+    limits = ShapeLimits.unknown(len(parts))
+    limits = replace(limits, reason=np.full(len(parts), "", dtype=object))
     position = chebyshev_nodes(STATES_LOOKED_AT)
     nearest = _looked_at(found, position).smallest.min(axis=1)
     for row in range(len(parts)):
