@@ -67,7 +67,9 @@ def metadata(path: str | Path) -> dict[str, str]:
     """Return the metadata of a Parquet file."""
     with reading(path):
         found = pq.read_metadata(path).metadata or {}
-    return {key.decode(): value.decode(errors="replace") for key, value in found.items()}
+    return {
+        key.decode(errors="replace"): value.decode(errors="replace") for key, value in found.items()
+    }
 
 
 def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
