@@ -6,7 +6,7 @@ from decimal import Decimal
 def exact(value: Decimal | float | int | str) -> Decimal:
     """Return the decimal number that a value was written as, without trailing zeros.
 
-    A float stands for the shortest decimal that reads back as it.
+    A float was written as the shortest decimal that reads back equal.
 
     Raises
     ------

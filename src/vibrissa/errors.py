@@ -34,7 +34,7 @@ class StudyError(VibrissaError):
 
 
 class TableError(VibrissaError):
-    """A table that cannot be read, or has other columns or another study."""
+    """A table that cannot be read, or is of other columns or another study."""
 
 
 class DamagedTableError(TableError):
@@ -56,7 +56,7 @@ class RecordingError(VibrissaError, ValueError):
 
 
 class OtherTableError(RecordingError):
-    """A table without the required columns, or no CSV; perhaps of another program."""
+    """A table without the required columns, or no CSV; perhaps another program's."""
 
 
 class UndeterminedError(RecordingError):

@@ -14,7 +14,7 @@ def require(extra: str, *libraries: str) -> None:
     MissingExtraError
         If one of them is not installed.
     SystemExit
-        If that is found while Python looks for the program that ``python -m`` names.
+        Instead, while Python looks for the program that ``python -m`` names.
     """
     missing = [library for library in libraries if find_spec(library) is None]
     if missing:

@@ -14,7 +14,7 @@ class Status(StrEnum):
     SOLVED
         A state or a curve was found to the promised accuracy.
     SLIP
-        The tip slips forward, ahead of the clamp: the onset was found.
+        The tip slips forward: the onset was found.
     LOCK
         The tip never slips forward: μ0 exceeds the locking friction μ_lock(θ, η).
     OUT_OF_REACH

@@ -39,9 +39,10 @@ def commit() -> str:
 
 
 def digest(*parts: str) -> str:
-    """Digest of some subpackages or modules, such as ``study/axes.py``: a job can depend on them.
+    """Digest of sources, on which a job can depend.
 
-    Of these and the modules beside the packages; without names, of the whole package.
+    Of `parts`, subpackages or modules such as ``study/axes.py``, and of the modules beside the
+    packages; without parts, of the whole package.
     """
     wanted = {_PACKAGE / part for part in parts} or {_PACKAGE}
     total = hashlib.sha256()

@@ -73,7 +73,7 @@ def compare(
 
 
 def moved(before: pd.Series, after: pd.Series, tolerance: Tolerance) -> BoolArray:
-    """Mark other texts, but for numbers within the tolerance of their reference."""
+    """Mark changed texts, except numbers within the tolerance of their reference."""
     was, now = _numbers(before), _numbers(after)
     with np.errstate(invalid="ignore"):  # infinity less infinity
         near = np.abs(now - was) <= tolerance.absolute + tolerance.relative * np.abs(was)
@@ -101,7 +101,7 @@ def spell_row(row: Mapping[Any, Any]) -> str:
 
 
 def _moved_column(table: str, column: str, rows: pd.DataFrame, total: int) -> Difference:
-    """Difference of a column: keys of the rows that moved, and what it ``was`` and is ``now``."""
+    """Difference of a column; rows that moved have keys and the texts ``was`` and ``now``."""
     was, now = _numbers(rows["was"]), _numbers(rows["now"])
     with np.errstate(divide="ignore", invalid="ignore"):  # infinity less infinity
         change = np.abs(now - was)

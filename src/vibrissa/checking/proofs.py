@@ -1,7 +1,7 @@
 """Comparison with proved intervals: distance of each number from the true value.
 
-They stand in ``enclosures.csv`` beside the reference tables; `python -m validation proof` writes
-them.
+The intervals stand in ``enclosures.csv`` beside the reference tables; `python -m validation proof`
+writes them.
 """
 
 from collections.abc import Iterator, Mapping
@@ -31,7 +31,7 @@ def proved(
 
     Its columns are ``table``, ``quantity``, the ``value``, the ``midpoint`` of the interval of the
     true value, the distance ``off`` from that interval, whether the value is ``refuted``, as it is
-    further off than its tolerance, and the keys of all tables. It is empty without such a file.
+    further off than its tolerance, and the keys of all tables. Empty without a file of proofs.
 
     Raises
     ------

@@ -131,7 +131,7 @@ def _as_texts(
 
 
 def as_text(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
-    """Text of the keys and columns of a layout, in the order of the keys; empty for nothing.
+    """Texts of the columns of a layout, rows sorted by its keys; empty for missing values.
 
     Raises
     ------

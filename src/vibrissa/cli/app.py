@@ -21,7 +21,7 @@ COMMANDS = {
 
 
 def command_of(name: str) -> Any:
-    """Load a command from its module; the name of a keyword of Python ends in an underscore."""
+    """Load a command from its module; names that Python reserves end in an underscore."""
     own = name + "_" * iskeyword(name)
     return getattr(import_module(f"vibrissa.cli.{own}"), own)
 
@@ -34,7 +34,7 @@ class Commands(TyperGroup):
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, name: str) -> Any:
-        """Name a command and what it does, for the list of them."""
+        """Return a command with its help alone, for the list."""
         return TyperCommand(name, help=COMMANDS[name]) if name in COMMANDS else None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

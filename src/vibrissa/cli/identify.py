@@ -81,7 +81,7 @@ def identify(
 
 
 def _lines(found: Identification, verbose: bool) -> Iterator[str]:
-    """Summarise the periods, then assumed tolerances and what moved far, or all estimates."""
+    """Summarise periods and assumed tolerances; list estimates that moved far, or all."""
     known = (found.periods.status == PeriodStatus.SLIP).sum()
     yield f"{counted(len(found.periods), 'period')}, friction of {known} of them"
     yield str(found.summary())

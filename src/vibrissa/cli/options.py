@@ -81,7 +81,7 @@ def command(
 
 
 def _options(panels: Panels, fields: Mapping[str, FieldInfo], file: str) -> dict[str, Parameter]:
-    """Make options of fields, of a file, and, for a set-up, of the fields that have none."""
+    """Make options for fields and a file, and, for a set-up, one for all other fields."""
     types = {
         name: _annotation(name, fields[name], panel) for panel in panels for name in panels[panel]
     }
@@ -148,7 +148,7 @@ def _pairs(given: Sequence[str], name: str) -> dict[str, str]:
 
 
 def _check_output(values: Mapping[str, Any], endings: Sequence[str]) -> None:
-    """Refuse a table that cannot be written, or is read."""
+    """Refuse an output that is no writable file, or an input."""
     output = values.get("output")
     if output is None:
         return
@@ -165,7 +165,7 @@ def _check_output(values: Mapping[str, Any], endings: Sequence[str]) -> None:
 
 
 def hand_out(found: Tabular, text: str, output: Path | None) -> None:
-    """Write a result as a table, if it was requested, and print a text, beside the table."""
+    """Write a result as a table, if an output is given, and print a text."""
     if output is not None:
         write(output, found)
     typer.echo(text, err=output == STANDARD)

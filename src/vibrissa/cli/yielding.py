@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 
 def material_of(setup: Setup) -> "Material | None":
-    """Give the likely material of a rod with a size, or else None.
+    """Give the likely material of a rod in SI units, else None.
 
     Raises
     ------
     ArgumentError
-        If a material is stated, but no size, or if there is no such material.
+        If a material is stated, but no modulus, or if there is no such material.
     """
     if setup.modulus is not None:
         # What designs a rod takes a second to load.
@@ -33,15 +33,15 @@ def material_of(setup: Setup) -> "Material | None":
 
 
 def warn_of_yield(whisker: Whisker, end: float, material: "Material | None") -> None:
-    """Warn if the rod yields in a period of sticking, and at which place.
+    """Warn if the rod yields in a period of sticking, with the place.
 
     Parameters
     ----------
     end : float
-        Largest displacement x0 of a period (L); at another height, as of an oblique stage, it may
-        lie past the end of the curve.
+        Largest displacement x0 of a period (L); on an oblique stage it may lie past the end of the
+        whisker's curve.
     material : Material or None
-        None if it is not known.
+        None if the material is unknown.
     """
     if whisker.rod is None or material is None or not end > 0.0:
         return

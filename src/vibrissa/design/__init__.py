@@ -1,6 +1,6 @@
 """The choice of a rod for a sensor: requirements, constraints, materials, the search.
 
-`design` is what the command line does. Stands on `vibrissa.sensor`.
+The command line calls `design`. It builds on `vibrissa.sensor`.
 """
 
 from vibrissa.design.candidate import Candidate

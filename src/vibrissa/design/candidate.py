@@ -1,4 +1,4 @@
-"""A rod: its constraints, and the uncertainty of μ0 measured with it, by its sources.
+"""A rod: its constraints, and the sources of uncertainty in μ0 measured with it.
 
 Strains grow with the size of the rod as d0/L, forces as E·d0⁴/L², moments as E·d0⁴/L.
 """
@@ -173,12 +173,12 @@ class Candidate:
 
     @property
     def by_step(self) -> FloatArray:
-        """Random part by the step of the stage, in which the onset is uniform."""
+        """Random part due to the step of the stage: an onset is uniform in a step."""
         return step_deviation(self.pair.demand_slope, self.requirements.step / self.length)
 
     @property
     def by_reading(self) -> FloatArray:
-        """Random part by the noise of the readings."""
+        """Random part due to the noise of the readings."""
         with np.errstate(divide="ignore"):  # a period of no length tells nothing
             return np.asarray(np.abs(self.pair.demand_slope) / np.sqrt(self._known))
 
@@ -239,7 +239,7 @@ class Candidate:
 
     @cached_property
     def _errors(self) -> tuple[FloatArray, FloatArray]:
-        """Effect D, shape (k, q), and covariance C, shape (k, q, q), both in tolerances."""
+        """Effect D, shape (k, q), and covariance C, shape (k, q, q), for p in tolerances."""
         of, sigma, weight = self.pair.sensitivity, self._sigma(), self._weight
         setup = of.setup * sigma
         both = np.einsum("kxc,kpxcq->kpq", weight * of.contact, setup)
@@ -256,10 +256,10 @@ class Candidate:
         )
 
     def parts(self) -> list[TolerancePart]:
-        """List the effect of halving each tolerance, at the largest uncertainty, most first.
+        """List the effect of halving each tolerance on the largest uncertainty, largest first.
 
-        Its quantities are measured once more with a third of their variance S: then D·C·Dᵀ falls by
-        D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, with their columns k in C.
+        Halved: its parameters k are measured once more, with a third of their variance S. Then
+        D·C·Dᵀ falls by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, Cₖ the columns of k in C.
         """
         if not np.isfinite(self.largest):
             return []

@@ -1,6 +1,6 @@
 """Materials of rods: stiffness, and the strain up to which they stay elastic.
 
-That is the yield strain of metals, the beginning of the plateau of superelastic metals, the
+It is the yield strain of metals, the beginning of the plateau of superelastic metals, the
 proportional limit of polymers, and fracture of brittle materials.
 """
 
@@ -26,7 +26,7 @@ class Material(Card):
     modulus : float
         Young's modulus (Pa).
     yield_strain : float
-        Strain up to which it is linear and elastic.
+        Strain up to which stress is linear.
     density : float or None
         In kg/m³.
     """
@@ -64,7 +64,7 @@ def stated_material(setup: Setup) -> Material | None:
     Raises
     ------
     ArgumentError
-        If both are given, or the modulus is not that of the material.
+        If material and yield strain are given, or the modulus does not fit the material.
     """
     modulus, density = setup.in_si("modulus"), setup.in_si("density")
     stated = {} if density is None else {"density": density}

@@ -7,8 +7,8 @@ readings. With J and j the changes of the readings per unit of p and of u, in st
 
     A = Σ JᵀJ − Σ (Jᵀj)(jᵀJ)/(jᵀj) + 1/σ²,    C = A⁻¹,
 
-remains of p. The friction of a period changes by D = ∂μ/∂p − ∂μ/∂u·(jᵀJ)/(jᵀj), so that D·C·Dᵀ is
-common to all periods, and (∂μ/∂u)²/(jᵀj) is random.
+C is the covariance of p. The friction of a period changes by D = ∂μ/∂p − ∂μ/∂u·(jᵀJ)/(jᵀj) per p:
+D·C·Dᵀ is common to all periods, and (∂μ/∂u)²/(jᵀj) is random.
 """
 
 from dataclasses import dataclass, replace
@@ -79,7 +79,7 @@ class Pair:
     longest : float
         Length of the longest period (L).
     strain : float
-        Largest strain in it (d0/L).
+        Largest strain then (d0/L).
     """
 
     response: Response
@@ -111,7 +111,7 @@ class Pair:
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
-        """Sensitivity of the friction, in a period that locks up to the lock."""
+        """Sensitivity of the friction, in periods up to the onset or the lock."""
         end = np.where(np.isfinite(self.x0_slip), self.x0_slip, self.response.x0_lock)
         return sensitivity_of(self.response, end, self.contact)
 
@@ -119,7 +119,7 @@ class Pair:
 def survey(
     theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
 ) -> list[Pair]:
-    """Solve pairs (θ, η) at k increasing friction coefficients; leave out those without a curve.
+    """Solve pairs (θ, η) at k increasing friction coefficients; leave out unsolved pairs.
 
     Raises
     ------
@@ -193,7 +193,7 @@ def _moved(curve: StickingCurve, contact: Contact) -> list[StickingCurve]:
 
 
 def _loads(curve: StickingCurve, x0: FloatArray) -> FloatArray:
-    """Reactions of a rod, shape x0.shape + (3,); NaN of one that is not solved."""
+    """Reactions of a rod, shape x0.shape + (3,); NaN if it is not solved."""
     if curve.status is not Status.SOLVED:
         return np.full((*x0.shape, 3), np.nan)
     state = curve.state(x0)

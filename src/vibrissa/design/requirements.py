@@ -73,7 +73,7 @@ def heights_of(text: str, lengths: Choice) -> Choice:
 
 
 def _between(low: float, high: float) -> Choice:
-    """Heights that come the closer together, the closer they are to that of an upright rod."""
+    """Heights between two, closer together the closer they are to that of an upright rod."""
     if not 0.0 < low < high < 1.0:
         return tuple(sorted({low, high}))
     between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, MOST_HEIGHTS), 3)[1:-1]
@@ -96,8 +96,8 @@ Taper = Annotated[float, Field(ge=1.0, le=MOST_TAPER)]
 class Requirements(Keyed):
     """What a rod is to measure, with what, and the constraints it must meet; see `read`.
 
-    Of `theta`, `eta` (L), `diameter` and `length` (m) these are the values to choose from, and of
-    `mu0` the ends of its range.
+    `theta`, `eta` (L), `diameter` and `length` (m) are the values to choose from, `mu0` has the
+    ends of its range.
     """
 
     mu0: Annotated[tuple[Positive, ...], Kind.NUMBER]
@@ -209,7 +209,7 @@ class Requirements(Keyed):
 
     @property
     def frictions(self) -> FloatArray:
-        """Values of μ0, of the whole range, at which the uncertainty is computed."""
+        """Values of μ0 over its range at which the uncertainty is computed."""
         return np.unique(np.linspace(self.mu0[0], self.mu0[-1], FRICTIONS))
 
     @property

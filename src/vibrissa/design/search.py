@@ -64,7 +64,7 @@ class Design:
 
     @property
     def active_constraints(self) -> list[str]:
-        """Constraints that are nearly used up, or violated if there is no rod; the most first."""
+        """Constraints nearly used up, or violated if no rod meets all; most used first."""
         least = USED_UP if self.status is DesignStatus.FOUND else 1.0 + ROUNDING
         return [check.name for check in self.best.checks if check.use >= least]
 
@@ -208,7 +208,7 @@ def design(requirements: Requirements) -> Design:
 
 
 def _violated(nearest: Candidate, alone: Sequence[str]) -> str:
-    """Name the constraints that a rod violates, and each without which a rod would exist."""
+    """Name the constraints that a rod violates, and those that alone exclude all rods."""
     factors = ", ".join(
         f"{check.name} (by a factor of {check.use:.3g})"
         for check in nearest.checks

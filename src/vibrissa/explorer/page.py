@@ -46,7 +46,7 @@ class Preset:
     Attributes
     ----------
     settings : mapping
-        Values of the page's fields by their keys (`view/settings.js`); the others stay.
+        Values of the page's fields by key (`view/settings.js`); other fields keep theirs.
     clamp : float
         Where the clamp is moved (L).
     play : bool
@@ -100,7 +100,7 @@ def program() -> Markup:
 
 
 def page(home: str = "") -> str:
-    """Write the explorer as a page of its own, with links to the site at an address, if any."""
+    """Write the explorer as a page of its own, with links to the site at `home`, if given."""
     return (
         environment(FOLDER)
         .get_template("page.html")

@@ -21,7 +21,7 @@ LOCKS = {"tip contact": ("mu_lock_point", "-"), "line contact": ("mu_lock_line",
     ),
 )
 def models(rows: pd.DataFrame) -> Figure:
-    """Error of the point model's onset, and its locking friction, over θ."""
+    """Error of the onset in tip contact, and μ_lock of both models, over θ."""
     figure = style.page(3.1, style.PAGE)
     errors, locks = figure.subplots(1, 2)
     series = Series(rows, "mu0")

@@ -32,14 +32,14 @@ def draw(
     script: Path | None = None,
     look: Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Draw a figure; without any result among the rows, it shows the reason.
+    """Draw a figure; if no row has a result, it shows the reason.
 
     Parameters
     ----------
     kind : str
         One of `KINDS`, or ``script``, with the user's file `script`.
     selection : mapping
-        Which rows, by the keys of a figure in the study file: ``grid``, ``scan``, ``state`` or
+        Rows to draw, by keys of a figure in the study file: ``grid``, ``scan``, ``state`` or
         ``comparison``, a name or a list of them, and the axes, each a list of values.
     look : mapping, optional
         ``size`` and ``axes`` as in the study file.
@@ -77,7 +77,7 @@ def _condition(selection: Mapping[str, Any]) -> pc.Expression:
 
 
 def _has_curvature(value: float | Sequence[float]) -> pc.Expression:
-    """Condition that the natural curvature is a constant, or a polynomial."""
+    """Condition that the natural curvature is this constant or polynomial."""
     constant, *_ = sortable(value)
     powers, found = spell_powers(value), pc.field("curvature_powers")
     same = found == powers if powers else found.is_null()
@@ -101,7 +101,7 @@ def _scripted(script: Path, rows: pd.DataFrame) -> Figure:
 
 
 def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
-    """Set the size of a figure and the axes of its first panel by the study file."""
+    """Set the size of a figure and the axes of its first panel as in the study file."""
     if size := look.get("size"):
         figure.set_size_inches(size)
     if axes := look.get("axes"):

@@ -104,7 +104,7 @@ def _regime_map(panel: Axes, points: pd.DataFrame) -> None:
 
 @kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"))
 def law(rows: pd.DataFrame) -> Figure:
-    """x0_slip over μ0 up to the lock for each θ, and its distance from the lock beside powers."""
+    """x0_slip over μ0 up to the lock, and its distance from the lock beside powers, for each θ."""
     rows = rows.assign(gap=rows["mu_lock"] - rows["mu0"], far=rows["x0_lock"] - rows["x0_slip"])
     slips = rows[(rows["status"] == "slip") & (rows["gap"] > 0.0) & np.isfinite(rows["gap"])]
     if slips.empty:

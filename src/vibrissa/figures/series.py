@@ -38,7 +38,7 @@ class Series:
         self._colors = list(COLORS) if self.few else graded
 
     def place(self, value: float) -> int:
-        """Place of the series of a value in order."""
+        """Return the number of a value's series, from 0."""
         return self.values.index(value)
 
     def color(self, value: float) -> str:

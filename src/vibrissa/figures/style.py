@@ -73,7 +73,7 @@ def applied() -> AbstractContextManager[None]:
 
 
 def page(height: float, width: float = COLUMN) -> Figure:
-    """Make an empty figure (inch)."""
+    """Make an empty figure (in inch)."""
     return Figure(figsize=(width, height), layout="constrained")
 
 
@@ -107,7 +107,7 @@ def legend(figure: Figure | SubFigure, beside: bool = False, **look: Any) -> Non
 
 
 def mean(panel: Axes, label: str, **look: Any) -> None:
-    """Add an entry to the legend without any data."""
+    """Add an entry without data to the legend."""
     panel.plot([], [], label=label, **look)
 
 
@@ -135,7 +135,7 @@ def cells(centres: pd.Index) -> FloatArray:
 
 
 def alone(points: Sequence[Any] | pd.DataFrame) -> str:
-    """Marker of a line: only a single point has one."""
+    """Marker of a line; empty if it has several points."""
     return "o" if len(points) == 1 else ""
 
 

@@ -62,9 +62,9 @@ class Clearance(Batch):
     Attributes
     ----------
     clamp : ndarray, shape (n,)
-        Height of the lowest point behind a bend above the clamp.
+        Height above the clamp of the lowest point behind a bend.
     surface : ndarray, shape (n,)
-        Distance of the highest point of an arch below the surface.
+        Distance below the surface of the highest point of an arch.
     itself : ndarray, shape (n,)
         Least distance between two parts of the rod.
     """
@@ -75,7 +75,7 @@ class Clearance(Batch):
 
     @property
     def smallest(self) -> FloatArray:
-        """Least of the three, shape (n,)."""
+        """Smallest of the three, shape (n,)."""
         return np.minimum(np.minimum(self.clamp, self.surface), self.itself)
 
     def reasons(self, row: int) -> str:
@@ -85,7 +85,7 @@ class Clearance(Batch):
 
 
 def clearances(states: RodStates, eta: FloatArray) -> Clearance:
-    """Find how far shapes are from being inadmissible."""
+    """Measure the clearances of shapes; the surface is at `eta`."""
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
     curved, curls = states.curvature.shape[1] > 0, np.zeros(len(states), dtype=bool)
@@ -167,7 +167,7 @@ class _Shapes(Batch):
         return 2.0 if self.curvature.shape[1] else 1.0
 
     def at(self, tau: FloatArray) -> "_Places":
-        """Evaluate at places, of each shape its own or of all the same, shape (n or 1, places)."""
+        """Evaluate all shapes at places of shape (1, places), or each at its own, (n, places)."""
         values, integrals = legendre_series(self.slope.shape[1], np.minimum(tau, 1.0))
 
         def summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
@@ -195,12 +195,12 @@ class _Shapes(Batch):
         )
 
     def steepness(self, tau: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Evaluate sin φ and its derivative at one place of each of some shapes."""
+        """Evaluate sin φ and its derivative by τ, one place for each of `rows`."""
         place = self.take(rows).at(tau[:, None])
         return np.sin(place.phi[:, 0]), np.cos(place.phi[:, 0]) * place.bend[:, 0]
 
     def extreme(self, known: "_Places", *, lowest: bool) -> FloatArray:
-        """Height of each shape's lowest or highest inner point, infinite if none, from `places`."""
+        """Height of each shape's lowest or highest inner point; infinite, or −infinite, if none."""
         sign = 1.0 if lowest else -1.0
         rise = sign * np.sin(known.phi)
         # Between two nodes the height falls no longer.
@@ -219,9 +219,9 @@ class _Shapes(Batch):
         return found
 
     def gaps(self) -> FloatArray:
-        """Distance between two parts of each shape, negative where they overlap; infinite if far.
+        """Least distance of two parts of each shape, negative where they overlap; else infinite.
 
-        Between the parts the rod turns by half a circle or more, towards the second part.
+        Between the parts the rod turns by half a circle, nearly, or by more.
         """
         tau = np.append(gauss_rule(self.slope.shape[1]).nodes[::STRIDE], 1.0)
         if self.curvature.shape[1]:
@@ -243,7 +243,7 @@ class _Shapes(Batch):
         return found
 
     def nearest(self, start: FloatArray, *, tip: bool) -> FloatArray:
-        """Signed shortest distance of two parts, from two starting places; NaN if there is none."""
+        """Signed least distance of two parts, sought from two places; NaN where none is found."""
         tau = start.copy()
         if tip:
             tau[:, 1] = self.end

@@ -1,6 +1,6 @@
 """Stability out of the plane: whether a rod with a round section stays in its plane.
 
-The contact takes no moment out of the plane; a clamp yields out of it as in it, not about its axis.
+The contact takes no moment out of the plane; a clamp yields alike in and out of it, not in torsion.
 """
 
 import numpy as np
@@ -21,9 +21,9 @@ A_LITTLE = 0.03
 def stability_aside(states: RodStates) -> FloatArray:
     """How far each equilibrium is from lateral buckling, with clamp and contact point held fixed.
 
-    It is a minimum of the energy in space if the second variation (D1) of docs/lateral.md is
-    positive for every small rotation ω(s) about axes in the plane that keeps the contact point in
-    the plane. A rigid clamp has ω(0) = 0; a yielding one adds (sin γ/γ)·q²/c (D9).
+    The equilibrium is a minimum of the energy in space if the second variation (D1) of
+    docs/lateral.md is positive for every small rotation ω(s) about axes in the plane, the contact
+    point kept in it. A rigid clamp has ω(0) = 0; a yielding one adds (sin γ/γ)·q²/c (D9).
 
     Returns
     -------
@@ -53,7 +53,7 @@ def stability_aside(states: RodStates) -> FloatArray:
     def transposed(
         along: FloatArray, across: FloatArray, twisted: FloatArray, bent: FloatArray
     ) -> FloatArray:
-        """Differentiate by u what depends on ω·t, ω·n, and their derivatives."""
+        """Turn derivatives by ω·t, ω·n, ω'·t and ω'·n into derivatives by u."""
         x, y = cos * along - sin * across, sin * along + cos * across
         sum_x, sum_y = integral.T @ x, integral.T @ y
         return np.concatenate(
@@ -65,7 +65,7 @@ def stability_aside(states: RodStates) -> FloatArray:
         )
 
     def load_variation(u: FloatArray) -> FloatArray:
-        """Halve the derivative of (D1) without the elastic energy."""
+        """Half the derivative of (D1) by u, without the elastic energy."""
         twisted, bent = twist * u[:nodes], bend * u[nodes:-1]
         x = integral @ (cos * twisted - sin * bent) + clamp[0] * u[-1]
         y = integral @ (sin * twisted + cos * bent) + clamp[1] * u[-1]
@@ -87,7 +87,7 @@ def stability_aside(states: RodStates) -> FloatArray:
 
 
 def _clamp_turn(states: RodStates) -> FloatArray:
-    """Rotation ω(0) of a yielding clamp whose energy grows by 1/2, as (D9) has it, shape (2, n)."""
+    """Rotation ω(0) that adds 1/2 to the energy of a yielding clamp (D9), shape (2, n)."""
     axis = CLAMP_SLOPE + states.clamp_angle
     turn = states.clamp_compliance * ends(states).moment
     # np.sinc has π in it.

@@ -28,9 +28,9 @@ class Bending(Batch):
     strain : ndarray, shape (n,)
         Largest strain |φ' − κ0|·d/2 at the rod's surface (d0/L).
     place : ndarray, shape (n,)
-        Arc length of the largest strain from the clamp (L), to half a per cent of the rod.
+        Arc length at which the strain is largest (L), to half a per cent of the rod.
     turn : ndarray, shape (n,)
-        Angle π/2 − φ1 by which the contact point has turned (rad).
+        Angle π/2 − φ1 by which the rod turns at the contact (rad).
     """
 
     energy: FloatArray

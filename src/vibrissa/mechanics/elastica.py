@@ -19,7 +19,7 @@ def rod_equations(
     y1: float,
     curvature: tuple[float, ...] = (0.0,),
 ) -> Callable[[float, FloatArray], tuple[float, float, float]]:
-    """Right-hand side of paper equation (2): a function of s and (x, y, φ) that is (x', y', φ').
+    """Right-hand side of paper equation (2): a function from s and (x, y, φ) to (x', y', φ').
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def deformed_shape(
     s : ndarray, shape (points,)
         Arc lengths from 0 to 1, increasing (L).
     s_c : float
-        Arc length of the contact point; what lies beyond it has its natural shape.
+        Arc length of the contact point; beyond it the rod has its natural shape.
     """
     from scipy.integrate import solve_ivp  # half a second to load
 

@@ -59,7 +59,7 @@ class ClosingCondition(Batch):
     height, tilt : ndarray, shape (n,)
         Right side of E2 (L), and tan δ.
     weights, value : ndarray, shape (n, 5) and (n,)
-        Of E3.
+        Weights and value of E3.
     """
 
     height: FloatArray
@@ -75,7 +75,7 @@ class ClosingCondition(Batch):
         value: FloatArray | float = 0.0,
         tilt: FloatArray | float = 0.0,
     ) -> Self:
-        """Prescribe the sum of some quantities, by their weights."""
+        """Prescribe a weighted sum; the weights by `OFFSET`, `FX`, ..."""
         every = np.zeros((len(height), 5))
         for quantity, weight in weights.items():
             every[:, quantity] = weight
@@ -177,9 +177,9 @@ class Derivatives(NamedTuple):
     Attributes
     ----------
     slope : ndarray, shape (n, nodes, nodes + 3)
-        Of the left side minus the right side of E1.
-    ends : ndarray, shape (n, 5, nodes + 3)
-        Of offset, fx, fy, s_c and φ1, which E3 weighs.
+        Of the residual of E1.
+    height, ends : ndarray, shape (n, nodes + 3) and (n, 5, nodes + 3)
+        Of ∫ sin φ ds, and of offset, fx, fy, s_c and φ1.
     """
 
     slope: FloatArray
@@ -188,7 +188,7 @@ class Derivatives(NamedTuple):
 
 
 def derivatives(states: RodStates) -> Derivatives:
-    """Differentiate both sides of E1, the height and the quantities in E3 by the unknowns."""
+    """Differentiate E1, the height and the quantities of E3 by the unknowns."""
     nodes, rule = states.nodes, gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
     sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
@@ -223,7 +223,7 @@ def derivatives(states: RodStates) -> Derivatives:
 
 
 def _natural_growth(states: RodStates, tau: FloatArray) -> FloatArray:
-    """Differentiate ∫₀ˢ κ0 with respect to s_c at fixed places."""
+    """Differentiate ∫₀ˢ κ0 with respect to s_c at fixed τ."""
     growth = arc_length_growth(tau, states.theta[:, None], states.s_c[:, None])
     return polynomial(states.curvature, states.arc_length(tau)) * growth
 
@@ -242,7 +242,7 @@ def jacobian(
 
 
 def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Deformed shape, the part that lies on the surface included, with the clamp at the origin.
+    """Deformed shape, including the part that lies on the surface, with the clamp at the origin.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class Mounting:
         Natural curvature κ0·L of the rod: a constant, or the coefficients of the powers of s,
         lowest first. Where it is negative the rod turns away from the surface, towards +x.
     stage_angle : float
-        Angle δ of the clamp's way to the surface (rad); positive where it approaches the surface.
+        Angle δ of the clamp's path to the surface (rad); positive if the clamp approaches it.
 
     Raises
     ------
@@ -89,7 +89,7 @@ class Mounting:
 
     @property
     def is_ideal(self) -> bool:
-        """Whether the stage, too, moves along the surface: the paper's mounting."""
+        """Whether, besides, the stage moves along the surface: the paper's mounting."""
         return self.is_ideal_rod and self.stage_angle == 0.0
 
 
@@ -129,7 +129,7 @@ def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
 def tail(
     curvature: FloatArray, start: FloatArray, stop: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Natural shape of rods between two arc lengths (L), relative to the slope at the first.
+    """Natural shape of rods from arc length `start` to `stop` (L), from the slope at `start`.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def tail(
     Returns
     -------
     along, up, turn : ndarray, shape (n, points)
-        Way along the slope and normal to it (L), and angle by which the rod turns (rad).
+        Distances along that slope and normal to it (L), and angle of turn (rad).
     """
     integral = curvature / np.arange(1, curvature.shape[1] + 1)
     begin, length = start * polynomial(integral, start), stop - start

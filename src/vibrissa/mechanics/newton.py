@@ -39,7 +39,7 @@ def solve(
     tolerance : float
         Change at which the iteration ends; the error is then a hundredth of it.
     iterations : int
-        Most corrections.
+        Largest number of them.
     """
     states = guess.copy()
     states.s_c[~states.line] = 1.0
@@ -70,10 +70,10 @@ def solve(
 
 
 def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:
-    """Correction of states on two grids, the residual on all nodes.
+    """Correction of states: residual on all nodes, inverse of the Jacobian on few.
 
-    The integral operator of E1 makes the difference smooth (K. E. Atkinson, The Numerical Solution
-    of Integral Equations of the Second Kind, 1997, §6.2).
+    Correction minus residual is smooth: an integral (K. E. Atkinson, The Numerical Solution of
+    Integral Equations of the Second Kind, 1997, §6.2).
     """
     nodes, few = states.nodes, inverse.shape[1] - SCALARS
     values = residuals(states, closing)
@@ -86,7 +86,7 @@ def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArra
 
 
 def _size(unknowns: FloatArray, change: FloatArray) -> FloatArray:
-    """Largest change: of the slope (rad), of a force relative to it, or of s_c (L)."""
+    """Largest change of a slope (rad), or of fx, fy or s_c over 1 + |fx| + |fy|."""
     size = np.abs(change)
     force = 1.0 + np.abs(unknowns[:, -3]) + np.abs(unknowns[:, -2])
     return np.maximum(size[:, :-SCALARS].max(axis=1), size[:, -SCALARS:].max(axis=1) / force)
@@ -98,7 +98,7 @@ def coarse_nodes(nodes: int) -> int:
 
 
 def coarse_inverse(states: RodStates, closing: ClosingCondition) -> FloatArray:
-    """Inverse of the Jacobian on few nodes, shape (n, k + 3, k + 3); NaN where there is none."""
+    """Inverse of the Jacobian on k = `coarse_nodes`, shape (n, k + 3, k + 3); NaN if singular."""
     few = states.on_nodes(coarse_nodes(states.nodes))
     return _inverted(jacobian(few, closing))
 
@@ -119,7 +119,7 @@ class Tangent(NamedTuple):
     Attributes
     ----------
     change : ndarray, shape (n, nodes + 3)
-        Of the unknowns, as accurate as few nodes give it.
+        Of the unknowns, found on few nodes.
     ends : ndarray, shape (n, 5)
         Of offset, fx, fy, s_c and φ1.
     """

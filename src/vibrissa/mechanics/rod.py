@@ -22,11 +22,11 @@ class Rod:
     Raises
     ------
     ArgumentError
-        If a property is not positive, or beyond all measure.
+        If a property is not between 1e-30 and 1e30.
 
     Examples
     --------
-    The paper's steel rod, for which it converts f = 10.86:
+    The paper's steel rod, under its force f = 10.86:
 
     >>> rod = Rod(youngs_modulus=2.10e11, base_diameter=5e-3, length=0.1)
     >>> round(10.86 * rod.force_unit)

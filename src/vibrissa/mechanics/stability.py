@@ -15,12 +15,12 @@ RIGID = 1e5
 def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
     """How far each equilibrium is from losing stability with clamp and contact point held fixed.
 
-    It is a minimum of the bending energy under its constraints if the second variation
+    The equilibrium is a minimum of the bending energy if the second variation
     ∫ B·ψ'² ds + ∫ (fx·cos φ + fy·sin φ)·ψ² ds is positive for every ψ with ψ(0) = 0 that keeps the
     contact point: ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0, and ψ(s_c) = 0 in line contact if κ0(s_c) = 0.
 
-    A yielding clamp adds ψ(0)²/c. A rod that is curved away from the surface, κ0(s_c) < 0, touches
-    with another point when it turns there: this adds fy·ψ(s_c)²/κ0(s_c) > 0.
+    A yielding clamp frees ψ(0) and adds ψ(0)²/c. A rod curved away from the surface, κ0(s_c) < 0,
+    rolls over its contact point: this frees ψ(s_c) and adds fy·ψ(s_c)²/κ0(s_c) > 0.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
     -------
     ndarray, shape (n,)
         Least second variation per elastic energy of ψ: at most 1, positive where the equilibrium
-        is stable, zero where it stops being so.
+        is stable, zero at the limit.
     """
     rule = gauss_rule(states.nodes)
     # Columns are states: an integral along the rod is one product of matrices for all of them.
@@ -51,11 +51,11 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
     held = np.where(yields, stiffness, 0.0)
 
     def transposed(along: FloatArray) -> FloatArray:
-        """Differentiate by u what depends on ψ at the nodes."""
+        """Turn derivatives by ψ at the nodes into derivatives by u."""
         return np.concatenate([bend * (integral.T @ along), turn * along.sum(axis=0)[None]])
 
     def load_variation(u: FloatArray) -> FloatArray:
-        """Halve the derivative of the second variation without the elastic energy."""
+        """Half the derivative of the second variation by u, without the elastic energy."""
         psi = integral @ (bend * u[:-1]) + turn * u[-1]
         return transposed(load * psi) + held * touch * (touch * u).sum(axis=0)
 

@@ -111,7 +111,7 @@ class RodStates(Batch):
 
 @lru_cache
 def transfer(nodes: int, other: int) -> FloatArray:
-    """Matrix that interpolates unknowns to other nodes, applied from the right."""
+    """Matrix that takes unknowns from `nodes` to `other` nodes, applied from the right."""
     matrix = np.eye(nodes + SCALARS, other + SCALARS, k=other - nodes)
     matrix[:, :other] = 0.0
     matrix[:nodes, :other] = (
@@ -161,6 +161,6 @@ class ContactState(Batch):
 
     @property
     def mobilised_friction(self) -> Values:
-        """Mobilised friction −tan α; infinite without load."""
+        """Mobilised friction −tan α; infinite where fy = 0."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.reaction_fx / self.reaction_fy

@@ -81,5 +81,5 @@ def density_growth(tau: Floats, theta: Floats, s_c: Floats) -> tuple[FloatArray,
 
 
 def _inverse_diameter(tau: Floats, theta: Floats, s_c: Floats) -> FloatArray:
-    """H = θ − (θ − 1)·s_c·(1 − τ): proportional to 1/d along the free part; g at τ = 0."""
+    """Value of h = θ − (θ − 1)·s_c·(1 − τ) ∝ 1/d along the free part; g at τ = 0."""
     return np.asarray(theta - (theta - 1.0) * s_c * (1.0 - tau))

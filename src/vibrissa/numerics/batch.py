@@ -13,7 +13,7 @@ from vibrissa.numerics.arrays import FloatArray, Index
 class Batch:
     """Base of data classes whose fields are columns: the first axis of all arrays counts the rows.
 
-    A field may hold a batch of as many rows; what other fields hold is the same for all rows.
+    A field may be a batch of as many rows; fields of other types hold for all rows.
     """
 
     @classmethod
@@ -83,9 +83,9 @@ class Batch:
 
     @classmethod
     def from_matrix(cls, matrix: FloatArray, **known: FloatArray) -> Self:
-        """Name the columns of a matrix, the last axis of which counts them.
+        """Make a batch from the columns of a matrix, along its last axis.
 
-        Columns that are known otherwise take the place of the matrix's.
+        Columns given as `known` replace those of the matrix.
         """
         # Not by the constructor, as in `each`.
         named = object.__new__(cls)
@@ -95,7 +95,7 @@ class Batch:
 
 
 def slices(count: int, size: int) -> Iterator[slice]:
-    """Slices of at most `size` rows (at least one), whose data fit into the cache."""
+    """Cut `count` rows into slices of at most `size`, and at least one, row."""
     size = max(size, 1)
     for start in range(0, count, size):
         yield slice(start, start + size)

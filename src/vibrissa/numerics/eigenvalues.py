@@ -25,9 +25,9 @@ def smallest_eigenvalue(
     operator : callable
         Applies the operators to vectors, shape (size, n).
     start : ndarray, shape (size, n)
-        Vectors near the eigenvectors: what is orthogonal to them is not found.
+        Vectors near the eigenvectors; an eigenvector orthogonal to its start is missed.
     normals : sequence of ndarray, shape (size, n)
-        A vector of zeros excludes nothing.
+        Those vectors; one of zeros excludes nothing.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def smallest_eigenvalue(
     Notes
     -----
     B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, §13. Every vector is made orthogonal to
-    all before.
+    all earlier ones.
     """
     first = len(normals)
     known = np.empty((first + len(start), *start.shape))
@@ -62,7 +62,7 @@ def smallest_eigenvalue(
 
 
 def _smallest(diagonal: FloatArray, beside: FloatArray) -> FloatArray:
-    """Smallest eigenvalues of tridiagonal matrices; NaN where one is not finite."""
+    """Smallest eigenvalues of tridiagonal matrices; NaN where a matrix is not finite."""
     size = np.arange(len(diagonal))
     matrices = np.zeros((diagonal.shape[1], len(size), len(size)))
     matrices[:, size, size] = diagonal.T

@@ -32,10 +32,9 @@ def bracketed_root(
     Parameters
     ----------
     function : callable
-        Maps places, and for each of them the further arguments, to values and slopes.
+        Maps places, and the further arguments of each, to values and slopes.
     low, high : ndarray, shape (n,)
-        Ends between which the values change their sign; one that is a root up to rounding may
-        miss that.
+        Ends at which the values have opposite signs, or one of which is a root up to rounding.
     *args : ndarray, shape (n,)
         Further arguments of the function.
     guess : ndarray, shape (n,), optional
@@ -85,7 +84,7 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
     Returns
     -------
     ndarray of int, shape (m,)
-        First member not below the level; k where all are, or it is NaN.
+        First member not below the level; k where all are below, or the level is NaN.
     """
     count = rising.shape[1]
     below = np.zeros(len(level), dtype=np.int64)
@@ -99,7 +98,7 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
 def first_fall(function: "BPoly") -> float:
     """Find where a piecewise polynomial first falls to zero or below; NaN if it stays positive.
 
-    It may jump where its pieces meet, and may begin at zero.
+    The polynomial may jump between pieces, and may begin at zero.
     """
     degree = len(function.c) - 1
     for piece in np.flatnonzero(function.c.min(axis=0) <= 0.0):

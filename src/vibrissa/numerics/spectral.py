@@ -79,7 +79,7 @@ def refinement_matrix(n: int, m: int) -> FloatArray:
 
 @lru_cache
 def chebyshev_nodes(k: int) -> FloatArray:
-    """Chebyshev points of the second kind on [0, 1], at least 2, increasing, ends included.
+    """Chebyshev points of the second kind on [0, 1], increasing, ends included; k ≥ 2.
 
     The points for `k` are every second one of the points for 2·k − 1.
     """
@@ -105,7 +105,7 @@ def chebyshev_transform(k: int) -> FloatArray:
 
 @lru_cache
 def chebyshev_derivative(k: int) -> FloatArray:
-    """Matrix that maps at least 2 Chebyshev coefficients on [-1, 1] to the derivative's."""
+    """Matrix from k ≥ 2 Chebyshev coefficients on [-1, 1] to those of the derivative."""
     matrix = np.zeros((k, k))
     matrix[:-1] = chebyshev.chebder(np.eye(k))
     return _frozen(matrix)
@@ -150,7 +150,7 @@ def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatA
     Returns
     -------
     ndarray, shape (m, v)
-        Each row is a product of its own: it is the same, bit for bit, whatever else is asked for.
+        Each row is a product of its own: the same, bit for bit, whatever the other places are.
     """
     x = np.clip(position, -1.0, 1.0)
     values = np.empty((len(x), coefficients.shape[1]))

@@ -62,7 +62,7 @@ class Evidence:
     def locking(self) -> pd.DataFrame:
         """Grid points of Figure 7 whose rod buckles laterally, trails, and slips when it is pulled.
 
-        ``dragged`` is the length of each of their later periods (L).
+        The column ``dragged`` is the length of a later period (L).
         """
         rows = self.friction[self.friction["status"] == "lock"]
         return rows.assign(dragged=rows["x0_trail"] - 2.0 * rows["x0_end"])
@@ -99,13 +99,13 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     Parameters
     ----------
     names : mapping
-        Which grids, scan and state are Figures 6, 7, 3 to 5, and 8.
+        Names of the data, as in `vibrissa.study.claims.Claims`.
 
     Raises
     ------
     TableError
-        If something of it failed, locks where the paper has a period of sticking, or does not slip
-        in the end.
+        If a row failed or locks where the paper has a period of sticking, or if a trailing rod was
+        not followed up to its slip.
     """
     found = {}
     for key, (table, column, allowed) in SOURCES.items():

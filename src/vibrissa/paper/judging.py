@@ -63,7 +63,7 @@ def judged(
     ambiguous: bool = False,
     reason: str = "",
 ) -> Finding:
-    """Judge by the first of these that is true; the statement holds if none is."""
+    """Judge by the first flag that is true; the statement holds if none is."""
     verdicts = {CONTRADICTED: contradicted, CONDITION: condition, AMBIGUOUS: ambiguous}
     verdict = next((verdict for verdict, applies in verdicts.items() if applies), HOLDS)
     return Finding(verdict=verdict, quantities=quantities, reason=reason)

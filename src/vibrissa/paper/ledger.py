@@ -1,4 +1,4 @@
-"""The paper's statements with the verdict of a computation on each: as a table, and to read."""
+"""The paper's statements, each with the verdict of a computation: as a table and in Markdown."""
 
 import tomllib
 from collections import Counter
@@ -56,7 +56,7 @@ class Verdict(StrEnum):
 class Finding:
     """Verdict on one statement, the value and unit of each computed quantity, and the reason.
 
-    Without a reason of its own it has that of `statements.toml` for this verdict.
+    An empty reason stands for that of `statements.toml` for the verdict.
     """
 
     verdict: Verdict
@@ -111,7 +111,7 @@ def claims_table(
 
 
 def markdown(table: pa.Table) -> str:
-    """Ledger to read, of a table with the schema `CLAIMS`."""
+    """Ledger in Markdown, of a table with the schema `CLAIMS`."""
     rows = (
         (
             row["section"],

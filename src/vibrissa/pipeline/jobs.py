@@ -10,7 +10,7 @@ from vibrissa.errors import DamagedTableError, VibrissaError
 
 @contextmanager
 def logged(log: str | Path) -> Iterator[None]:
-    """Send what a job prints to its log; if it fails, end it with status 1 and the reason.
+    """Log what a job prints; if the job fails, end it with status 1 and the reason.
 
     A damaged table is named and removed.
     """

@@ -20,12 +20,12 @@ def need_current(study: Study, study_file: Path, tables: Sequence[str] = ()) -> 
     Parameters
     ----------
     tables : sequence of str, optional
-        Those that are needed, if they are there; by default all results.
+        Tables that must be current, if they exist; by default all results.
 
     Raises
     ------
     ComparisonError
-        If there are such results; the message has the command to run.
+        If results are outdated; the message has the command to run.
     """
     paths = [Path("results", study.name, f"tables/{name}.parquet") for name in tables]
     files = [path for path in paths if path.is_file()]

@@ -41,7 +41,7 @@ def claim(results: Path, study_file: Path) -> None:
     Raises
     ------
     StudyError
-        If another run has locked it.
+        If another run has the lock.
     """
     results.mkdir(parents=True, exist_ok=True)
     record = (results / RECORD).open("a", encoding="utf-8")

@@ -57,7 +57,7 @@ def _solved(scans: Readable) -> list[pd.DataFrame]:
 
 
 def _shared(table: Readable) -> dict[str, float | str]:
-    """Fields of the page that the whole study has in common."""
+    """Values of the page's fields that all scans share."""
     study = yaml.safe_load((table.schema.metadata or {}).get(b"vibrissa.study", b"")) or {}
     kinds = {"contact": Contact.POINT.value, "section": RodSection.ROUND.value}
     chosen = {name: study.get(name, default) for name, default in kinds.items()}
@@ -84,7 +84,7 @@ def _preset(
 
 
 def _figure_of(scan: pd.Series, figures: Selections) -> str:
-    """Name of the figure that shows a scan, by most keys; without any, that of its section."""
+    """Name of the figure that selects a scan by the most keys; without one, of its section."""
     showing = {
         name: len(selection)
         for name, selection in figures.items()

@@ -20,7 +20,7 @@ NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 class Keyed(BaseModel):
     """Fields that are read from a TOML file, from options, or from both.
 
-    A field that is marked with a `Kind` is text with a unit.
+    A field marked with a `Kind` is read from a text with a unit.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
@@ -44,7 +44,7 @@ class Keyed(BaseModel):
     def validated(
         cls, given: Mapping[str, Any], path: Path | str | None = None, keys: Container[str] = ()
     ) -> Self:
-        """Validate values; a message names the file where the field is one of its `keys`.
+        """Validate values; a message about one of `keys` names the file, `path`.
 
         Raises
         ------
@@ -67,7 +67,7 @@ class Keyed(BaseModel):
 
     @classmethod
     def kinds(cls) -> dict[str, Kind]:
-        """Return what the fields measure that are marked with a kind."""
+        """Return the kind of each field that is marked with one."""
         return {
             name: mark
             for name, field in cls.model_fields.items()
@@ -162,7 +162,7 @@ def with_options(
     Parameters
     ----------
     either : iterable of sequence of str
-        Keys that describe one property: an option for one of them overrides all.
+        Groups of keys, each for one property: an option for one overrides its group.
     """
     given = {name: value for name, value in options.items() if value is not None}
     replaced = {name for names in either if set(names) & given.keys() for name in names}
@@ -186,7 +186,7 @@ def _key(error: Any) -> str:
 
 
 def _line(error: Any, model: type[BaseModel]) -> str:
-    """Message of one error of pydantic's."""
+    """Message for an error of pydantic."""
     name = _key(error)
     if error["type"] == "extra_forbidden":
         allowed = [field.alias or key for key, field in model.model_fields.items()]

@@ -19,9 +19,9 @@ STATES = 17
 
 
 def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bending:
-    """Largest strain |φ'|·d/2 at displacements on each curve (d0/L), and its place along the rod.
+    """Bending at displacements on each curve (L), such as the largest strain and its place.
 
-    The curves have the same mounting. They are integrated together, as rows one after the other.
+    The curves have the same mounting. Rows are in the order of curves, then displacements.
     """
     rows = []
     for curve, at in zip(curves, x0, strict=True):
@@ -82,12 +82,12 @@ class WhiskerOnset(Tabular):
         }
 
     def _known(self) -> list[tuple[str, float, Kind, str]]:
-        """Name, value, kind and description of what is known."""
+        """Name, value, kind and description of known quantities."""
         found = [(name, float(size), kind, what) for name, size, kind, what in self._measured()]
         return [one for one in found if np.isfinite(one[1])]
 
     def _measured(self) -> Iterator[tuple[str, float, Kind, str]]:
-        """Name, value, kind and description of what can be measured; NaN where it is not known."""
+        """Name, value, kind and description of all quantities; unknown values are NaN."""
         onset, state, when = self.onset, self.onset.slip, ""
         if onset.end == End.SWINGS_ASIDE:
             state, when = onset.trail, " when the trailing tip slips"

@@ -61,12 +61,12 @@ class Kind(StrEnum):
     NUMBER = "number", "1", "1"
 
     def read(self, text: str, what: str) -> float:
-        """Value in SI units of a text, which needs a unit if this is not a number.
+        """Value of a text in SI units; only `NUMBER` needs no unit.
 
         Raises
         ------
         ArgumentError
-            If it is no such quantity.
+            If the text is no such quantity.
         """
         return float(in_si(text, self, what))
 
@@ -146,7 +146,7 @@ class Measured(NamedTuple):
     def read(cls, given: Quantity) -> Self:
         """Split ``"210 ± 5 GPa"``, ``"210 GPa +/- 2 %"``, ``"(210 ± 5) GPa"`` or ``"85.0(1) mm"``.
 
-        A unit that stands behind only one of the two is that of both.
+        A unit behind the value or the tolerance alone is that of both.
 
         Examples
         --------
@@ -171,7 +171,7 @@ class Measured(NamedTuple):
         return cls(value, tolerance)
 
     def check(self, kind: Kind, what: str) -> None:
-        """Refuse a value or a tolerance that does not measure a kind.
+        """Refuse a value or a tolerance that is no quantity of a kind.
 
         Raises
         ------
@@ -223,12 +223,12 @@ def _checked(value: Decimal, what: str) -> Decimal:
 
 
 def chosen(kind: type[Choice], value: str, what: str) -> Choice:
-    """Look up a choice by its name.
+    """Look up a choice of a `kind` by its value.
 
     Raises
     ------
     ArgumentError
-        If it is none of them.
+        If there is none.
     """
     if value not in tuple(kind):
         raise ArgumentError(f"{what} must be one of {', '.join(kind)}, got {value!r}")
@@ -287,9 +287,9 @@ class Units:
     Attributes
     ----------
     rod : Rod or None
-        Without one everything is nondimensional.
+        Without one numbers are nondimensional.
     si : bool
-        Without a rod: numbers are in SI units, and not nondimensional.
+        Whether, without a rod, numbers are in SI units instead.
     wished : dict of Kind to str
         For each kind of quantity the unit of printed results; SI units for a kind without one.
         Tables are always in SI units.
@@ -300,7 +300,7 @@ class Units:
     si: bool = False
 
     def told(self, value: float, kind: Kind) -> tuple[float, str]:
-        """Value in the user's unit, and the name of that unit."""
+        """Convert a value of a column to the user's unit; also its name."""
         if self.nondimensional or kind not in self.wished:
             return value, self.name(kind)
         unit = self.wished[kind]
@@ -354,7 +354,7 @@ class Units:
         return _checked(number / self._exact_unit(kind, f"{what} = {value!r}"), what)
 
     def read_positive(self, value: Quantity, kind: Kind, what: str) -> Decimal:
-        """Read as `read`, and refuse what is not above 0."""
+        """Read as `read` does; refuse values not above 0."""
         number = self.read(value, kind, what)
         if not number > 0:
             raise ArgumentError(f"{what} must be positive, got {value!r}")

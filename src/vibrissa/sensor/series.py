@@ -102,8 +102,8 @@ def write(path: Path, table: Tabular) -> None:
     path : Path
         With the ending ``.csv`` or ``.parquet``; ``-`` for standard output.
     table : Tabular
-        In a CSV file its header is lines ``# name = text`` above that of the titles. A Parquet file
-        has header, units and descriptions as the ``attrs`` of its DataFrame.
+        A CSV file has its header in lines ``# name = text`` above the titles. A Parquet file has
+        header, units and descriptions as the ``attrs`` of its DataFrame.
 
     Raises
     ------
@@ -155,7 +155,7 @@ class Table:
 
 
 def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[str] = ()) -> Table:
-    """Read columns of numbers.
+    """Read columns of numbers: `names`, and `optional` ones if there.
 
     Parameters
     ----------
@@ -166,8 +166,8 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     Raises
     ------
     RecordingError
-        If it cannot be read as such a table, with a line for each wrong cell. An OtherTableError
-        if columns, separators or the encoding are others.
+        If it cannot be read as such a table, with a line for each wrong cell; OtherTableError if
+        columns, separators or the encoding differ.
     ArgumentError
         If the ending is another one.
     """
@@ -300,7 +300,7 @@ def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame
     Raises
     ------
     OtherTableError
-        With a line for each that has another number of cells.
+        With a message for each line that has another number.
     RecordingError
         If a quote is not closed.
     """

@@ -143,7 +143,7 @@ def _increasing(
 def random(
     seed: int, mean: float, deviation: float, correlation: float, least: float = 0.02
 ) -> Surface:
-    """Random friction: a normal process with a Gaussian correlation, the same for the same seed.
+    """Random friction, from `least` on: a normal process with Gaussian correlation; repeatable.
 
     Parameters
     ----------

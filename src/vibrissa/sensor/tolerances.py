@@ -58,7 +58,7 @@ class Tolerable:
         return cls(**{**entry, "kind": kind, "size": radians if kind is Kind.ANGLE else size})
 
     def default(self, unit: float, noise: FloatArray) -> float:
-        """Default tolerance, for a unit of the rod in SI units and the noise of the channels."""
+        """Default tolerance; `unit` of the rod in SI units, `noise` of the channels."""
         if self.channel >= 0:
             return self.size * float(noise[self.channel])
         return self.si / unit if self.si and unit != 1.0 else self.size

@@ -1,4 +1,4 @@
-"""A whisker: a rod clamped below a surface, in units of its own or of a real rod."""
+"""A whisker: a rod clamped below a surface, nondimensional or with the units of a real rod."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
 """Periods of sticking: equilibrium paths, followed, resolved and read off for friction.
 
-`solving` solves the paths, `assembly` puts curves together, and `reading` asks for places on them.
+`solving` solves the paths, `assembly` makes curves of them, `reading` reads states and onsets off.
 """

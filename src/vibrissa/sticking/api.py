@@ -43,11 +43,11 @@ class EquilibriumState(ContactState):
         Empty, or what went wrong and what to try.
     contact : str
         ``point`` or ``line``: whether the tip alone touches or the rod lies along the surface;
-        empty for a failed state.
+        empty without a solution.
     theta, x1, eta : float
         Taper factor and position of the tip relative to the clamp (L).
     residual : float
-        Equilibrium residual.
+        Largest residual of the equations.
     """
 
     status: Status
@@ -105,7 +105,7 @@ class Onset:
     n_steps : int or None
         Steps to the last sticking state; None without a step size or an onset.
     x0_max : float
-        Last state of stiction on the step grid, the paper's x0,max (L); NaN likewise.
+        x0 of that state, the paper's x0,max (L); NaN without a step size or an onset.
     mu_lock : float
         Friction above which the tip is self-locking.
     slip : StickingState
@@ -258,7 +258,7 @@ def solve_state(
 
 
 def _loads(solution: RodStates | None) -> dict[str, float]:
-    """Return loads and contact of one state; NaN without any."""
+    """Return loads and contact of one state; NaN without a solution."""
     if solution is None:
         return dict.fromkeys(ContactState.names(), np.nan)
     end = ends(solution)
@@ -318,7 +318,7 @@ def solve_curve(
     contact : str
         ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
     mounting : Mounting
-        Other than ideal by collocation alone.
+        Ideal, or another by collocation alone.
     section : str
         ``round``: the rod buckles laterally; ``planar``: a strip or a guided rod, which does not.
 
@@ -357,7 +357,7 @@ def solve_curve(
 def _kept_curve(
     theta: float, eta: float, contact: Contact, mounting: Mounting, section: RodSection
 ) -> StickingCurve:
-    """Solve a curve alone, and keep it."""
+    """Solve a curve alone, and cache it."""
     (curve,) = collocation.solve_curves(
         np.array([theta]), np.array([eta]), contact, [mounting], section
     )
@@ -459,13 +459,12 @@ def friction_from_travel(
     Returns
     -------
     FrictionRange
-        `high` is μ_lock where the tip may lock within the step.
+        `high` is μ_lock if the next step reaches the lock.
 
     Raises
     ------
     ArgumentError
-        If an argument is out of range, or longer than the longest period
-        of sticking of this rod.
+        If an argument is out of range, or x0_max not shorter than the longest period of sticking.
 
     Examples
     --------

@@ -25,7 +25,7 @@ NOT_IN_PLANE = (
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ShapeLimits(Batch):
-    """Where pieces end because of their shapes, as values of their parameters; NaN if nowhere.
+    """Values of the parameters at which shapes end their pieces; NaN if nowhere.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class ShapeLimits(Batch):
 
 
 class _Extremes(NamedTuple):
-    """Displacements (L) of the largest −tan α (`top`) and of the first tangential touch, or NaN."""
+    """Largest −tan α on each piece (`demand`), its x0 (`top`), x0 of the first touch or NaN (L)."""
 
     top: FloatArray
     demand: FloatArray
@@ -51,21 +51,21 @@ class _Extremes(NamedTuple):
 def assembled_curves(
     followed: Sequence[StickingCurve], limits: Sequence[ShapeLimits]
 ) -> list[StickingCurve]:
-    """Cut curves off where they end, and locate their locks and first contacts along a line.
+    """Cut curves off where they end, and locate their locks and first tangential touches.
 
     Parameters
     ----------
     followed : sequence of StickingCurve
-        At least one; the pieces of each join from displacement 0 to beyond its end, those
-        without x0 as parameter last. Their `end` holds where they have no other.
+        At least one; the pieces of each reach from x0 = 0 to beyond its end. The curve's `end`
+        holds if no other is found.
     limits : sequence of ShapeLimits
-        Of the pieces of each curve.
+        Limits of each curve's pieces.
 
     Returns
     -------
     list of StickingCurve
-        ``failed`` if −tan α has no maximum inside the given displacements, ``out_of_reach`` and up
-        to there if the shape becomes inadmissible before.
+        ``failed`` if −tan α has no maximum on the pieces; ``out_of_reach`` if the shape becomes
+        inadmissible before: the curve ends there.
     """
     kept = _until_end(followed, ShapeLimits.concatenate(limits))
     extremes = _extremes(Pieces.concatenate([curve.pieces for curve in kept]))
@@ -135,7 +135,7 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
 
 
 def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray:
-    """Where ideal round rods buckle: x0 = x1_init − (1 − s_c), under the contact point; or NaN."""
+    """Parameters at which ideal round rods buckle: x0 = x1_init − (1 − s_c); NaN if nowhere."""
     passes = [c.section is RodSection.ROUND and c.mounting.is_ideal for c in curves]
     each = np.where(passes, [curve.x1_init for curve in curves], np.nan)
     x1_init = np.repeat(each, [len(curve.pieces) for curve in curves])
@@ -160,7 +160,7 @@ def _extremes(pieces: Pieces) -> _Extremes:
 
 
 def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
-    """Locate where −tan α is largest on a curve, and its value there; infinite at lift-off."""
+    """Displacement (L) of the largest −tan α on a curve, and that value; infinite at lift-off."""
     pieces = curve.pieces
     if not pieces:
         return np.nan, -np.inf

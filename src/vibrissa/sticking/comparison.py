@@ -17,9 +17,9 @@ def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) 
     Returns
     -------
     dict
-        Columns of `vibrissa.tables.schemas.COMPARISONS`, with rows by η, then θ, then μ0. Those of
-        one model end with its name; `penetrates`: the point-contact shape passes through the
-        surface before the onset or the lock.
+        Columns of `vibrissa.tables.schemas.COMPARISONS`, rows in the order of η, then θ, then μ0.
+        The columns of a model end with its name; `penetrates`: the point-contact shape passes
+        through the surface before the onset or the lock.
     """
     pairs = np.array([(t, e) for e in eta for t in theta], dtype=float)
     count, friction = len(mu0), np.array(mu0, dtype=float)

@@ -1,4 +1,4 @@
-"""The sticking curve: every state between α = 0 and locking, for one (θ, η).
+"""The sticking curve: every state from α = 0 to its end, for one (θ, η).
 
 Friction enters afterwards: μ0 decides where on the curve sticking ends (the onset, −tan α = μ0).
 """
@@ -38,20 +38,20 @@ class StickingCurve:
         ``solved``, ``failed``, or ``out_of_reach`` if the shape becomes inadmissible before the
         tip could lock; then the curve has states up to there, if there are any.
     message, end_message : str
-        What went wrong and what to try; more about the end.
+        What went wrong and what to try; details of the end.
     x1_init : float
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
     pieces : Pieces
         Smooth pieces of the curve, in order.
     retraction : Pieces
-        Smooth pieces at x0 < 0, where the clamp pulls the tip; empty where the section is planar,
-        the mounting not ideal, or they were not solved.
+        Smooth pieces at x0 < 0, where the clamp pulls the tip; empty if not resolved or, unless
+        requested, if the section is planar or the mounting not ideal.
     section : RodSection
     residual : float
-        Largest equilibrium residual of the states, between the solved ones included.
+        Largest equilibrium residual between the solved states; by shooting, miss (L).
     x0_lock, mu_lock : float
-        Where −tan α is largest, and its value there; where the tip lifts off before (fy = 0), and
-        infinity.
+        Displacement (L) at which −tan α is largest, and that value; infinite where the tip lifts
+        off (fy = 0) before a maximum.
     x0_touch : float
         First displacement (L) at which φ1 = 0; NaN if there is none before locking, 0 if the rod
         lies on the surface from the start.
@@ -189,15 +189,15 @@ class StickingCurve:
     def trailing_end(self, mu0: ArrayLike) -> StickingState:
         """Last sticking state of a rod after lateral buckling, for μ0 > μ_lock.
 
-        Its displacement counts from α = 0 before the swing; NaN where the rod does not swing aside
-        or has no retraction.
+        Its x0 counts from α = 0 before the buckling; NaN if the rod does not buckle or has no
+        retraction.
         """
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         return self._alone.trailing_end(_first(mu0), mu0)
 
 
 def _first(rows: FloatArray) -> IntArray:
-    """Return the number of the only curve, for each row."""
+    """Return the number of the only curve, 0, per row."""
     return np.zeros(len(rows), dtype=np.int64)
 
 

@@ -1,4 +1,4 @@
-"""Stick-slip cycles: what a sensor sees while the clamp moves on and on.
+"""Stick-slip cycles: the states of the rod while the clamp moves on and on.
 
 The tip sticks until the first step of the footpoint at which −tan α > μ0 and then slips, in the
 paper until α = 0; `vibrissa.sensor.simulation.tip` has other laws of slip.
@@ -39,10 +39,10 @@ class Scan:
     Attributes
     ----------
     status : Status
-        ``slip``, or ``lock``: a rod that buckles laterally is then dragged; other scans end with
-        their first period. Without states as the curve.
+        ``slip``; ``lock``: a rod that buckles laterally is then dragged, other scans end with
+        their first period; or, with no rows, the curve's status.
     cycle : ndarray of int, shape (n,)
-        Number of the stick-slip cycle, from 1; it ends with the slip.
+        Number of the stick-slip cycle, from 1; a cycle ends with its slip.
     step : ndarray of int, shape (n,)
         Steps of the footpoint since the cycle began.
     phase : list of Phase
@@ -60,7 +60,7 @@ class Scan:
     residual : ndarray, shape (n,)
         Distance between the integrated shape's end and the contact point (L).
     message : str
-        Why it has fewer cycles than requested; empty otherwise.
+        Why there are fewer cycles than requested; else empty.
     """
 
     status: Status
@@ -91,12 +91,11 @@ def stick_slip(
     Parameters
     ----------
     curve : StickingCurve
-    mu0, dx0 : Decimal or float
-    cycles : int
+    mu0, dx0, cycles : Decimal or float, and int
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
     contact : str
-        Contact by which the later cycles of an oblique stage are solved.
+        Contact of the later cycles, which an oblique stage has solved anew.
 
     Returns
     -------
@@ -177,7 +176,7 @@ def _no_period(s: FloatArray) -> _Period:
 def _end_of_sticking(
     curve: StickingCurve, mu0: float, *, later: bool = False
 ) -> tuple[Status, float, bool]:
-    """Return what becomes of the tip, where (L, since α = 0), and whether it slips there."""
+    """Status, displacement since α = 0 at which sticking ends (L), and whether the tip slips."""
     read = read_curve(curve, [exact(mu0)], [Decimal(1)])
     (status,), trail, end = read.status, float(read.trail.x0[0]), float(read.ended.x0[0])
     if status is not Status.LOCK:

@@ -1,6 +1,6 @@
 """Smooth parts of equilibrium paths, and searches for levels and maxima on them.
 
-The result on one of some `Pieces` does not depend on the others, bit for bit.
+A result on one piece does not depend on the others, bit for bit.
 """
 
 from collections.abc import Mapping, Sequence
@@ -63,13 +63,13 @@ def rounded_contact(s_c: FloatArray) -> FloatArray:
 class Pieces(Batch):
     """Smooth pieces of one or several curves, each with one kind of contact.
 
-    An argument `index`, ndarray of int of shape (n,), is that of the piece of each place or level.
+    An argument `index`, ndarray of int, shape (n,), numbers the piece of each place `t` or level.
 
     Attributes
     ----------
     line, by_x0 : ndarray of bool, shape (pieces,)
-        Whether the states are in line contact, and whether x0 is the continuation parameter; where
-        the force changes fast, or x0 turns back, it is that of equation E3c
+        Whether the states are in line contact, and whether x0 is the continuation parameter; else,
+        where the force changes fast or x0 turns back, the parameter is that of equation E3c
         (`vibrissa.mechanics.equations`).
     start, stop : ndarray, shape (pieces,)
         First and last values of the continuation parameters (x0 in L).
@@ -118,7 +118,7 @@ class Pieces(Batch):
         return StickingState.from_matrix(np.moveaxis(sampled, 1, -1))
 
     def at(self, index: IntArray, t: FloatArray) -> StickingState:
-        """States at values of the parameters."""
+        """States at values `t` of the parameters."""
         (columns,) = self._values(index, t, StickingState.names(), (0,))
         states = StickingState.from_matrix(columns.T)
         line = self.line[index]
@@ -133,7 +133,7 @@ class Pieces(Batch):
         )
 
     def displacements(self, index: IntArray, t: FloatArray) -> FloatArray:
-        """Displacements at values of the parameters, NaN where these are."""
+        """Displacements at values `t` of the parameters; NaN at NaN."""
         x0, sought = t.copy(), np.flatnonzero(~self.by_x0[index] & np.isfinite(t))
         if len(sought):
             x0[sought] = self.at(index[sought], t[sought]).x0
@@ -184,7 +184,7 @@ class Pieces(Batch):
         Parameters
         ----------
         sampled : ndarray, shape (pieces, samples)
-            The quantity at `places`; it may fall again behind a level.
+            The quantity at `places`; it need not increase.
         places : ndarray, shape (pieces, samples), optional
             Increasing values of the parameters, by default `sample_places`.
         derivative : int
@@ -224,14 +224,14 @@ class Pieces(Batch):
         return found
 
     def largest_friction(self) -> FloatArray:
-        """Values of the parameters at which −tan α is largest, as far as fx ≤ 0."""
+        """Values of the parameters at which −tan α is largest while fx ≤ 0."""
         # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
         ahead = self.samples.reaction_fx <= 0.0
         top = np.where(ahead, self.samples.mobilised_friction, -np.inf).argmax(axis=1)
         rows, t = np.arange(len(self)), self.sample_places
 
         def slope(t: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
-            """Differentiate fx/fy, times fy², and that product once more."""
+            """Return the derivative of fx/fy, times fy², and that of this."""
             force, first, second = self._values(index, t, ("reaction_fx", "reaction_fy"), (0, 1, 2))
             (fx, fy), (dfx, dfy), (ddfx, ddfy) = force, first, second
             return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CurveArray:
-    """Sticking curves side by side, unchecked; `index`, shape (m,), names the curve of each row."""
+    """Sticking curves side by side; `index`, shape (m,), is the number of each row's curve."""
 
     curves: tuple["StickingCurve", ...]
 
@@ -32,7 +32,7 @@ class CurveArray:
 
     @cached_property
     def stop(self) -> IntArray:
-        """Number of the piece behind the last of each curve."""
+        """Number of each curve's last piece, plus 1."""
         return np.cumsum([len(curve.retraction) + len(curve.pieces) for curve in self.curves])
 
     @cached_property
@@ -42,7 +42,7 @@ class CurveArray:
 
     @cached_property
     def pushed(self) -> IntArray:
-        """Number of the first piece of each curve where the clamp pushes."""
+        """Number of each curve's first piece on which the clamp pushes."""
         return self.stop - np.array([len(curve.pieces) for curve in self.curves], dtype=np.int64)
 
     @cached_property
@@ -52,7 +52,7 @@ class CurveArray:
 
     @cached_property
     def mu_lock(self) -> FloatArray:
-        """Largest mobilised friction."""
+        """Critical friction of each."""
         return np.array([curve.mu_lock for curve in self.curves])
 
     @cached_property
@@ -62,7 +62,7 @@ class CurveArray:
 
     @cached_property
     def locks(self) -> BoolArray:
-        """Whether the tips lock where friction is large enough."""
+        """Whether the tips lock at large enough friction."""
         return np.array([curve.status is Status.SOLVED for curve in self.curves], dtype=bool)
 
     @cached_property
@@ -88,7 +88,7 @@ class CurveArray:
         return list(kinds.tolist())
 
     def states(self, index: IntArray, x0: FloatArray) -> StickingState:
-        """States at the displacements that are not NaN; NaN elsewhere."""
+        """States at displacements; NaN where these are."""
         known = np.flatnonzero(np.isfinite(x0))
         if len(known) < len(x0):
             states = StickingState.unknown(len(x0))
@@ -119,7 +119,7 @@ class CurveArray:
             place = place + 1
 
     def outcomes(self, index: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
-        """Exact onsets of slip, and what becomes of the tip, also on curves without states."""
+        """Exact onsets of slip, and statuses, also for curves without states."""
         x0_slip = self.onset(index, mu0)
         otherwise = np.array([curve.status for curve in self.curves], dtype=object)
         otherwise[self.locks] = Status.LOCK
@@ -129,7 +129,7 @@ class CurveArray:
 
     @cached_property
     def _demand_up_to_the_lock(self) -> tuple[FloatArray, FloatArray]:
-        """Samples of −tan α, and their places; the first one past a lock is moved onto it."""
+        """Samples of −tan α, and their places; the first past a lock is moved to the lock."""
         pieces = self.pieces
         count = self.stop - self.begin
         x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)
@@ -160,13 +160,13 @@ class CurveArray:
 
     @cached_property
     def _alpha_past_the_lock(self) -> FloatArray:
-        """Samples of α on all pieces; before the lock tan α is negative, and does not count."""
+        """Samples of α on all pieces; −π before the lock, where no tip slips back."""
         samples = self.pieces.samples
         x0_lock = np.repeat(self.x0_lock, self.stop - self.begin)
         return np.where(samples.x0 >= x0_lock[:, None], samples.alpha, -np.pi)
 
     def trailing_end(self, index: IntArray, mu0: FloatArray) -> StickingState:
-        """Last sticking states of rods that trail behind their clamps; NaN where they do not."""
+        """Last sticking states of rods that trail behind their clamps; NaN for other rods."""
         states = StickingState.unknown(len(mu0))
         swings = np.array([curve.end is End.SWINGS_ASIDE for curve in self.curves], dtype=bool)
         # The part next to α = 0 comes first for the tip.
@@ -186,7 +186,7 @@ class CurveArray:
 
 
 def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState:
-    """Mirror images of states up to lateral buckling at `x0_end`, with the x0 of those after it."""
+    """Mirror states before lateral buckling at `x0_end` to those of the trailing rod after it."""
     return replace(
         states,
         x0=2.0 * x0_end - states.x0,
@@ -197,5 +197,5 @@ def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState
 
 
 def _slips_back(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
-    """Weights of columns that sum to zero where the tip slips back."""
+    """Weights of a sum of columns, zero where tan α = tan `alpha`."""
     return {"reaction_fy": np.tan(alpha), "reaction_fx": 1.0}

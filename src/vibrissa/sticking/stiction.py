@@ -24,24 +24,24 @@ class Stiction:
     Attributes
     ----------
     status : list of Status
-        ``slip``, ``lock``, or the status of a curve without states.
+        ``slip``, ``lock``, or the status of a curve without a lock.
     x0_slip : ndarray, shape (n,)
-        Exact onset of slip (L); NaN where there is none.
+        Exact onset of slip (L); NaN unless the tip slips.
     n_steps : ndarray of float, shape (n,)
-        Steps to the last sticking state; NaN where there is none.
+        Steps to the last sticking state; NaN unless it slips.
     x0_max : ndarray, shape (n,)
         Last state of stiction on the step grid, n_steps·Δx0 (L).
     penetrates : ndarray of bool, shape (n,)
         Whether the point-contact shape passes through the surface (φ1 < 0) before the onset or the
         lock.
     contact : list of str
-        Kind of contact at the onset of slip or the lock; empty elsewhere.
+        Kind of contact at the onset of slip or the lock; else empty.
     init, last, slip : StickingState
-        States at α = 0, at the last sticking step and at the exact onset; NaN where there is none.
+        States at α = 0, at the last sticking step and at the exact onset; NaN if not reached.
     end : list of str
         How sticking ends past the lock (`vibrissa.outcomes.End`); else empty.
     ended : StickingState
-        The state in which it does; NaN elsewhere and where the curve was not followed.
+        State in which it so ends; NaN without a lock or if the curve was not followed.
     trail : StickingState
         Last sticking state of a rod that has buckled laterally; NaN elsewhere.
     """
@@ -70,7 +70,7 @@ def read_curves(
     mu0: Sequence[FloatArray],
     dx0: Sequence[Sequence[Decimal]],
 ) -> Stiction:
-    """Read periods of sticking off curves: for each, coefficients μ0 and as many exact Δx0 (L).
+    """Read periods of sticking off curves; each curve has its μ0 and as many exact Δx0 (L).
 
     A period is the same, bit for bit, whatever else is read with it.
     """

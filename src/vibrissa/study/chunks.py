@@ -1,6 +1,6 @@
 """Chunks: the parts of a grid that one job solves, and that one file holds.
 
-Each axis is cut from its first value on: values appended to it leave the other chunks as they are.
+An axis is cut from its first value on: appending values to it leaves the earlier chunks unchanged.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -52,7 +52,7 @@ class Chunk:
 
 
 def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -> Iterator[Chunk]:
-    """Cut a grid into chunks of given numbers of values; axes without a size are not cut."""
+    """Cut a grid into chunks of at most `sizes` values; axes without a size are not cut."""
     pieces = [
         [values[i : i + size] for i in range(0, len(values), size)]
         for axis, values in axes.items()
@@ -78,7 +78,7 @@ def number_of_points(axes: Mapping[str, Values]) -> int:
 
 
 def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
-    """Return the columns of the axes in n rows of a chunk, numbered in the order `ROW_ORDER`.
+    """Return the axis columns at `rows` of a chunk, numbers of rows in the order `ROW_ORDER`.
 
     A polynomial curvature has its constant in one column, and the other coefficients in another.
     """

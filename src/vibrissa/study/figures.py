@@ -33,10 +33,10 @@ class FigureKind:
     Attributes
     ----------
     source : str
-        What it is drawn from: a key of `TABLES`; empty if any may be given.
+        What it is drawn from: a key of `TABLES`; empty if any is allowed.
     single : tuple of str
-        Axes, beside those of the mounting, of which it shows one value; the key may be left out
-        where the data have one.
+        Axes, beside those of the mounting, of which a figure shows one value; the key of an axis
+        may be left out if the data have one value.
     required : str
         A further key that must be given.
     """
@@ -166,7 +166,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         return {**given, "table": TABLES[self.source], "selection": selection}
 
     def caption_of(self, sections: Sections) -> str:
-        """Return the caption with the values that are shown, or one made of them."""
+        """Return the caption, shown values filled in, or one of kind and values."""
         found: dict[str, set[Any]] = {}
         for name in self.names:
             for axis, values in sections[name].axes.items():
@@ -181,7 +181,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
 
     @model_validator(mode="after")
     def _has_its_keys(self) -> Self:
-        """Refuse keys that the kind does not take, and need its data, `over` or script."""
+        """Refuse keys that the kind does not take, and missing data, `over` or script."""
         mistakes, kind = Mistakes(), FIGURE_KINDS[self.kind]
         sources = [kind.source] if kind.source else list(TABLES)
         keys = [*LOOK, *sources, *AXES, *filter(None, [kind.required])]
@@ -195,7 +195,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         return self
 
     def misfits(self, sections: Sections, folder: Path) -> Mistakes:
-        """Find what does not fit the data that it is drawn from, and a script that is not there."""
+        """Find keys that do not fit the figure's data, a wrong caption, and a missing script."""
         mistakes, script = Mistakes(), Path(self.script or "")
         is_below = not script.is_absolute() and ".." not in script.parts
         if self.script and not (is_below and (folder / script).is_file()):
@@ -214,7 +214,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         return mistakes
 
     def _check_data(self, mistakes: Mistakes, name: str, axes: Mapping[str, Values]) -> None:
-        """Find axes with several values in the data, or without the requested value."""
+        """Find axes with several values where one is shown, or without a requested one."""
         kind = FIGURE_KINDS[self.kind]
         single = {*kind.single, *(MOUNTING_AXES if kind.source else ())} - {self.over}
         for axis in AXES:

@@ -161,7 +161,7 @@ class Study(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        """Refuse what does not fit together; sections are valid by themselves."""
+        """Refuse valid sections that do not fit together."""
         mistakes = Mistakes()
         self._check_solution(mistakes)
         for name, figure in self.figures.items():
@@ -174,7 +174,7 @@ class Study(Section):
         return self
 
     def _check_solution(self, mistakes: Mistakes) -> None:
-        """Find what the method does not solve, and too many points."""
+        """Find too many points, and what shooting does not solve."""
         points = sum(number_of_points(grid.axes) for grid in self.grids.values())
         if points > self.max_points:
             most = f"{points:,} points are not allowed; allowed: max_points, {self.max_points:,}"

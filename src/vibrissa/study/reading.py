@@ -29,9 +29,9 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
     Parameters
     ----------
     path : Path or None
-        The file; None if all keys are `changes`, as in a workflow that has this one as a module.
+        The file; None if all keys are in `changes`, as when a workflow uses this one as a module.
     changes : mapping, optional
-        Keys at the top of the file that have another value, as ``--config`` gives them.
+        Other values of keys at the top of the file, as ``--config`` gives them.
 
     Raises
     ------

@@ -18,7 +18,7 @@ def study_schema() -> dict[str, Any]:
 
 
 def allowed_at(location: tuple[str | int, ...]) -> str:
-    """Return the keys that are allowed in the section at a location; empty for the file."""
+    """Return the keys allowed in the section at a location; that of the file is empty."""
     root = schema = study_schema()
     for step in location:
         named = [*schema.get("patternProperties", {}).values(), schema.get("additionalProperties")]

@@ -48,7 +48,7 @@ def need_results(counts: Mapping[str, Counter[str]]) -> None:
     Raises
     ------
     TableError
-        With the number of rows of each table.
+        With the number of failed rows by table.
     """
     failed = {name: total[Status.FAILED] for name, total in counts.items() if total[Status.FAILED]}
     if failed:

@@ -59,12 +59,12 @@ def read_table(path: str | Path) -> pd.DataFrame:
 
 
 def swung_aside(steps: pd.DataFrame) -> pd.Series:
-    """Whether a round rod has buckled laterally, in each step of scans: its end points back."""
+    """Whether a round rod has buckled laterally, in each step of scans: then φ1 > π/2."""
     return (steps["phi1"] > 0.5 * math.pi) & steps["stability_aside"].notna()
 
 
 def to_pandas(table: pa.Table) -> pd.DataFrame:
-    """Convert to pandas; integers and flags are nullable, so that they stay what they are."""
+    """Convert to pandas; integers and flags are nullable, and not made floats."""
     return table.to_pandas(types_mapper=_nullable)
 
 

@@ -1,6 +1,6 @@
 """Rows of a table in memory or in a file; only the requested parts are read.
 
-An expression of pyarrow selects rows, such as `one_of`, or several joined by ``&``.
+A pyarrow expression, such as that of `one_of`, selects rows; ``&`` joins several.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "frag
 
 
 def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
-    """Open a table; its rows are read on request."""
+    """Open a table (of the given study); its rows are read later."""
     # It imports pandas, which takes time.
     from pyarrow import dataset
 
@@ -59,7 +59,7 @@ def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
 def parts(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> Iterator[pa.Table]:
-    """Rows of a table, a part at a time; of a file no more than a few are held."""
+    """Rows of a table, part by part; of a file only a few are in memory."""
     if isinstance(table, pa.Table):
         yield rows(table, columns, where)
         return
@@ -81,12 +81,12 @@ def rows(table: Readable, columns: Sequence[str], where: pc.Expression | None = 
 def frame(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> pd.DataFrame:
-    """Rows as pandas has them; see `parts`."""
+    """Rows as a DataFrame; see `parts`."""
     return rows(table, columns, where).to_pandas()
 
 
 def spaced(table: Readable, columns: Sequence[str], most: int) -> pd.DataFrame:
-    """Rows at equal distances, at most so many."""
+    """At most `most` rows, equally spaced."""
     places = np.linspace(0, count(table) - 1, min(count(table), most)).astype(int)
     kept, begin = [], 0
     for part in parts(table, columns):

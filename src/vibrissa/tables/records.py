@@ -40,14 +40,14 @@ def table_of(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
 
 
 def state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
-    """Columns of `STATE`, whose names end with a suffix."""
+    """Values of the columns `STATE`, a suffix to their names."""
     return {f"{column.name}{suffix}": getattr(state, column.name) for column in STATE}
 
 
 def scan_table(
     name: str, point: Mapping[str, Value], scan: Scan, *, study: str, method: Solver
 ) -> pa.Table:
-    """Table of one scan, a row for each footpoint position; a failed one has one row."""
+    """Table of one scan, a row for each footpoint position; one row without a result."""
     failed = scan.status not in (Status.SLIP, Status.LOCK)
     n = 1 if failed else len(scan.step)
     columns: dict[str, Any] = {

@@ -28,7 +28,7 @@ def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
 def solve(
     rods: Sequence[Rod], *, method: Solver, contact: Contact, section: RodSection
 ) -> list[StickingCurve]:
-    """Solve the equilibrium paths of some rods, and print how each came out."""
+    """Solve the equilibrium paths of some rods, and print the status of each."""
     # A job imports the solver that it uses alone.
     if method is Solver.COLLOCATION:
         from vibrissa.sticking.solving.collocation import solve_curves

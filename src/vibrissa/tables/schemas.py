@@ -95,7 +95,7 @@ def _compared(contact: str, when: str) -> list[pa.Field]:
 
 
 def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
-    """Put columns together, by their names in the dictionary or as they are."""
+    """Put columns together, given by names in the dictionary or as fields."""
     fields = [
         field
         for part in columns

@@ -78,7 +78,7 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
     Raises
     ------
     DamagedTableError
-        If it is no table of this kind.
+        If it is no table of this schema.
     """
     held = metadata(path)
     with reading(path):
@@ -113,12 +113,12 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
 
 
 def need_study(path: str | Path, study_part: str) -> None:
-    """Check that a table answers a study file.
+    """Check that a table is of a study file.
 
     Raises
     ------
     DamagedTableError
-        If it answers another one.
+        If it is of another one.
     """
     found = metadata(path).get(STUDY, "")
     if found != study_part:

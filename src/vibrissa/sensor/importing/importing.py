@@ -192,7 +192,7 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
     Parameters
     ----------
     data : bytes
-        What is in the file.
+        Content of the file.
     settings : Settings
     name : str
         Name of the file in messages.
@@ -302,7 +302,7 @@ def turned(values: Values, angle: float) -> Values:
     Parameters
     ----------
     angle : float
-        By which the transducer's axes are turned from x to y (rad).
+        Turn of the transducer's axes, from x to y (rad).
     """
     x, y = values["force_x"], values["force_y"]
     cos, sin = np.cos(angle), np.sin(angle)
@@ -315,7 +315,7 @@ def about_clamp(values: Values, origin: tuple[float, float]) -> Values:
     Parameters
     ----------
     origin : tuple of float
-        That point, from the clamp (m).
+        The point (a, b), from the clamp (m).
     """
     a, b = origin
     moment = values["moment_z"] + a * values["force_y"] - b * values["force_x"]
@@ -350,7 +350,7 @@ def unloaded(values: Values, begin: int | None) -> int:
     Parameters
     ----------
     begin : int or None
-        Row in which the clamp begins to move; None: by its positions.
+        Row in which the clamp begins to move; None: find it in `footpoint`.
     """
     channel = next((name for name in ("force_y", "moment_z") if name in values), None)
     if channel is None:

@@ -71,9 +71,9 @@ class Layout:
     Attributes
     ----------
     titles, units : list of str
-        One for each column; without titles their numbers, #1 for the first, without units empty.
+        One for each column; without titles their numbers, from #1; without units empty.
     cells : DataFrame
-        Cells of the rows as texts; the index is their lines.
+        Cells as texts; the index is the lines of the rows.
     """
 
     titles: list[str]
@@ -88,12 +88,12 @@ class Layout:
         Parameters
         ----------
         source : str
-            What it is called: ``force_x``, ``-Fz [mN]``, or ``#3`` for the third one.
+            Name of the column: ``force_x``, ``-Fz [mN]``, or ``#3`` for the third.
 
         Raises
         ------
         ArgumentError
-            If several columns are called so, or its unit is missing or measures something else.
+            If several columns have this name, or the unit is missing or of another kind.
         """
         kind = KINDS[target]
         minus, name, told = SOURCE.fullmatch(source.strip()).groups(default="")  # type: ignore[union-attr]
@@ -199,7 +199,7 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
 
 
 def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str]:
-    """Return lines and the sign between their cells; in the place of blanks it is a tabulator."""
+    """Return lines and the sign between their cells; tabulators replace blanks."""
     if separator != "blank":
         return lines, SEPARATORS[separator]
     # A unit in brackets belongs to the word before.
@@ -208,7 +208,7 @@ def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str
 
 
 def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
-    """Find the first row of numbers and the share of numbers; 0 where there are none."""
+    """Find the line of the first row of numbers, and their share; 0 without such rows."""
     lines, sign = _separated(lines, separator)
     rows = [(line, cells_of(text, sign)) for line, text in lines.items()]
     groups = groupby(rows, lambda row: len(row[1]) if _share(row[1]) >= 0.5 else 0)
@@ -237,7 +237,7 @@ def cells_of(line: str, sign: str) -> list[str]:
 
 
 def _decimal(cells: "DataFrame", name: str) -> str:
-    """Find the decimal sign, of which each number with another count of decimals is a proof."""
+    """Find the decimal sign: numbers that cannot be groups of thousands prove it."""
     text = cells.stack().str.strip()
     groups = text.str.fullmatch(GROUPS)
     proofs = {
@@ -269,6 +269,6 @@ def _heads(above: "Series[str]", sign: str, rows: "DataFrame") -> dict[int, list
 
 
 def _are_units(cells: list[str]) -> bool:
-    """Whether cells are units of channels, or marks for "no unit", but not all such marks."""
+    """Whether cells are units of channels or marks for "no unit", not marks alone."""
     units = {cell.strip("[]() ") for cell in cells}.difference(NO_UNIT)
     return bool(units) and all(any(unit_size(u, kind) for kind in KINDS.values()) for u in units)

@@ -1,6 +1,6 @@
 """The rod's response: clamp reactions at every displacement x0 of the clamp, pulled or pushed.
 
-Where the clamp pulls (x0 < 0), it is known up to the most friction that a path is retracted to.
+Where the clamp pulls (x0 < 0), it is known as far as the retraction of the path is resolved.
 """
 
 from abc import ABC, abstractmethod
@@ -36,8 +36,8 @@ class States(ABC):
     x1_init : float or ndarray
         Contact point in the α = 0 state, from the clamp (L).
     bounds : ndarray
-        Of one branch, ends of its smooth stretches: where pulling ends, kinks, α = 0, the lock,
-        the end (L).
+        Ends of the smooth stretches at one height: where pulling ends, kinks, α = 0, the lock,
+        where pushing ends (L).
     """
 
     x0_pull: ArrayLike
@@ -96,10 +96,10 @@ class Response(States):
     reactions : PPoly
         fx, fy (E·I0/L²) and m (E·I0/L) over x0, from where pulling ends to where pushing ends.
     swings : bool
-        Whether a locked tip is dragged in the end: pushing ends with lateral buckling, and
-        retraction is resolved.
+        Whether a locked tip is dragged in the end: pushing ends with lateral buckling, the
+        mounting is ideal and retraction resolved.
     curve : StickingCurve
-        Sticking curve from which they were tabulated.
+        The sticking curve that was tabulated.
     """
 
     reactions: PPoly
@@ -121,7 +121,7 @@ class Response(States):
         return np.asarray(self.reactions(x0, order))
 
     def push_limit(self, mu0: float) -> tuple[float, bool]:
-        """Largest x0 up to which a pushed tip sticks, and whether it is past the lock (L)."""
+        """Largest x0 up to which a pushed tip sticks (L), and whether it is past the lock."""
         if mu0 > self.curve.mu_lock:
             _, state = self.curve.motion_end(mu0)
             end = float(state.x0[0])
@@ -130,7 +130,7 @@ class Response(States):
         return float(self.curve.onset(mu0)), False
 
     def pull_limit(self, mu0: float) -> float:
-        """Least x0 down to which a pulled tip sticks (L); −infinity without pulling."""
+        """Least x0 down to which a pulled tip sticks (L); −infinity without retraction."""
         if self.x0_pull == 0.0:
             return -np.inf
         x, c = self.reactions.x, self.reactions.c
@@ -140,12 +140,12 @@ class Response(States):
 
 
 def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Response]:
-    """Solve and tabulate the responses of whiskers together, which differ in θ, η and mounting.
+    """Solve and tabulate together the responses of whiskers of any θ, η and mounting.
 
     Parameters
     ----------
     partly : bool
-        Whether curves that end early do.
+        Whether curves that end early are used.
 
     Raises
     ------

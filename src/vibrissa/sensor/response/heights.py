@@ -61,7 +61,7 @@ class Heights:
 
     @cached_property
     def _stretches(self) -> list[CubicSpline]:
-        """Spline over the part of each stretch: Chebyshev series over η of the reactions."""
+        """Spline along each stretch, of the reactions' Chebyshev series over η."""
         return [
             CubicSpline(PARTS, np.moveaxis(one, 1, 0)) for one in np.moveaxis(self._series[1], 1, 0)
         ]
@@ -218,7 +218,7 @@ class Stage:
         return np.asarray(self.eta - np.asarray(clamp) * np.sin(self.angle))
 
     def along(self, clamp: ArrayLike) -> FloatArray:
-        """Position along the surface (L)."""
+        """Clamp position along the surface (L)."""
         return np.asarray(np.asarray(clamp) * np.cos(self.angle))
 
     def at(self, clamp: ArrayLike) -> Response | HeightStates:
@@ -229,7 +229,7 @@ class Stage:
     def states(
         self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike
     ) -> tuple[Response | HeightStates, FloatArray]:
-        """States that a tip at a place has at clamp positions, and its displacements (L)."""
+        """States and displacements (L) of a tip at `contact`, at clamp positions."""
         states = self.at(clamp)
         ahead = self.along(clamp) - np.asarray(contact)
         return states, np.asarray(states.x1_init + np.asarray(side) * ahead)
@@ -241,7 +241,7 @@ def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
     Parameters
     ----------
     low, high : float
-        Range of heights, with that of the whisker in it (L).
+        Range of heights around that of the whisker (L).
 
     Raises
     ------

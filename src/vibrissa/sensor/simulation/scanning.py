@@ -1,4 +1,4 @@
-"""A scan: the clamp moves in steps over a surface, and the tip sticks and slips behind it.
+"""A scan: the clamp moves in steps over a surface, and the tip sticks and slips.
 
 At the first step at which |tan α| > μ0 the tip slips while the clamp rests. A self-locking tip
 sticks until the round rod buckles laterally; then the states are mirror images.
@@ -136,7 +136,7 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
     step : Decimal or float or str
         Step of the stage (L).
     turns : sequence of Decimal or float or str
-        Where it turns, and at last stops (L); rounded to the step before.
+        Where it turns, and at last stops (L); rounded to steps, towards 0.
 
     Returns
     -------
@@ -190,7 +190,7 @@ def simulate(
     Returns
     -------
     SurfaceScan
-        Up to the end of sticking.
+        Up to the end of path or sticking.
 
     Raises
     ------

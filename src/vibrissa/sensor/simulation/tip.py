@@ -73,7 +73,7 @@ class Slip:
     Attributes
     ----------
     response : States
-        At the present height.
+        States at this height.
     ratio : float
         Kinetic over static friction.
     clamp : float
@@ -116,7 +116,7 @@ class Slip:
         raise ArgumentError(f"the slip with the clamp at {place} does not come to rest")
 
     def _slide(self, x0: float) -> float:
-        """Where a slide in one direction ends; NaN if it does not."""
+        """Displacement where a slide in one direction ends; or NaN."""
         response, surface = self.response, self.surface
         # A pushed tip slides to lower x0, a pulled one to higher.
         ahead = -1.0 if x0 > 0.0 else 1.0
@@ -168,10 +168,10 @@ class Tip:
     slipped: bool = True
 
     def margins(self, clamp: ArrayLike) -> FloatArray:
-        """Margins of sticking at clamp positions, shape (4, ...), in the order above.
+        """Margins of sticking at clamp positions, shape (4, ...), `FORWARD` to `PULL`.
 
-        Tangential forces that friction holds beside the present one, forward and backward, and
-        distances to both ends of the states (L); negative where the tip does not stick.
+        Reserves of friction against slip forward and backward (E·I0/L²), and distances to both
+        ends of the states (L); negative where the tip does not stick.
         """
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
@@ -234,7 +234,7 @@ class Tip:
         )
 
     def _limit(self, begin: float, end: float, way: float) -> float:
-        """Where sticking ends as the clamp goes to a position, one way; infinite if nowhere."""
+        """Clamp position at which sticking ends on the way to `end` (L); or infinite."""
         states, _ = self.stage.states(begin, self.contact, self.side)
         stretch = way * float(states.x0_end - states.x0_pull)
         while begin != end:

@@ -44,7 +44,7 @@ LOST = (
 
 
 class Beginning(NamedTuple):
-    """First states of branches: rods with an α = 0 state, and why the others have none."""
+    """First states of branches: `rows` with an α = 0 state, and why `missing` rows have none."""
 
     branches: Branches
     states: RodStates
@@ -82,7 +82,7 @@ def begin(
 
 
 def _reasons(states: RodStates, share: FloatArray) -> list[tuple[Status, str]]:
-    """Status and message of rods that have no state with α = 0, by the last one on the way."""
+    """Status and message of rods without an α = 0 state, from the last state of the homotopy."""
     springs = stability(states, slides=True) < END_MARGIN
     found = []
     for part, over, lifts in zip(share, springs, states.fy >= 0.0, strict=True):
@@ -174,7 +174,7 @@ def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
 def with_active_contact(
     guess: RodStates, closing: ClosingCondition, model: Contact
 ) -> tuple[RodStates, BoolArray]:
-    """Solve states with the possible kind of contact, that of the guess first; else NaN."""
+    """Solve states with the guess's kind of contact if possible, else the other; or NaN."""
     states, found = solve(guess, closing, tolerance=TOLERANCE)
     if model is Contact.LINE:
         # Where a retracted rod has peeled off up to its tip, no state lies along the surface.

@@ -21,7 +21,7 @@ class Branches(Batch):
     Attributes
     ----------
     tilt : ndarray, shape (n,)
-        tan δ of the clamp's way.
+        tan δ of the clamp's path.
     x1_init : ndarray, shape (n,)
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
     scale, force : ndarray, shape (n,)
@@ -43,7 +43,7 @@ class Branches(Batch):
 
     @property
     def units(self) -> FloatArray:
-        """Coordinates of a path for each unit of offset, fx, fy and s_c, shape (n, 4)."""
+        """Factors from offset, fx, fy and s_c to path coordinates, shape (n, 4)."""
         fx, fy = WEIGHT_OF_FX / self.force, WEIGHT_OF_FY / self.force
         return np.stack([-1.0 / self.scale, fx, fy, np.ones_like(fx)], axis=1)
 
@@ -58,7 +58,7 @@ class Branches(Batch):
     def prescribing(
         self, weights: Mapping[int, FloatArray | float], value: FloatArray | float = 0.0
     ) -> ClosingCondition:
-        """Prescribe a sum of quantities on the way of the clamp: fx where α = 0, φ1 at a kink."""
+        """Prescribe a weighted sum at the height of the clamp: fx where α = 0, φ1 at a kink."""
         height = self.eta - self.tilt * self.x1_init
         return ClosingCondition.prescribing(height, weights, value, self.tilt)
 
@@ -69,5 +69,5 @@ def end_quantities(states: RodStates) -> FloatArray:
 
 
 def violation(states: RodStates) -> FloatArray:
-    """Violation of the conditions of contact, shape (n,): of s_c ≤ 1 (L), or of φ1 ≥ 0 (rad)."""
+    """Violation of s_c ≤ 1 (L) or φ1 ≥ 0 (rad), positive if the contact is impossible."""
     return np.where(states.line, states.s_c - 1.0, -ends(states).phi1)

@@ -113,7 +113,7 @@ def solve_curves(
 
 
 def _batches(rows: Sequence[int], mounted: Sequence[Mounting]) -> Iterator[list[int]]:
-    """Batches of rods, by ideal or other mounting, and by level or oblique stage."""
+    """Batches of rods: ideally mounted, ideal but for the stage, or otherwise."""
     kinds: dict[tuple[bool, bool], list[int]] = defaultdict(list)
     for row in rows:
         kinds[mounted[row].is_ideal_rod, mounted[row].is_ideal].append(row)
@@ -130,7 +130,7 @@ def _solved(
     closeness: Closeness,
     retract: bool,
 ) -> list[StickingCurve]:
-    """Solve paths that are followed with this closeness."""
+    """Solve paths, following them with one closeness."""
     rods = rod_columns(theta, mountings)
     stage_angle = np.array([one.stage_angle for one in mountings])
     begun = begin(rods, eta, stage_angle, closeness.nodes, model)
@@ -209,7 +209,7 @@ def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished)
 
 
 def _ended(side: FloatArray, section: RodSection, ideal: bool, most: float) -> Ended:
-    """Where paths end, besides where the displacement turns back."""
+    """Condition at which paths end, besides a turn of x0."""
 
     def ended(branches: Branches, knots: Knots) -> BoolArray:
         states = knots.states
@@ -226,13 +226,13 @@ def _ended(side: FloatArray, section: RodSection, ideal: bool, most: float) -> E
 
 
 def has_buckled(states: RodStates) -> BoolArray:
-    """Whether states in the plane lie beyond where a round rod leaves it."""
+    """Whether states in the plane are past a round rod's lateral buckling."""
     nodes = min(states.nodes, NODES_ASIDE)
     return np.asarray(stability_aside(states.on_nodes(nodes)) < PAST_BUCKLING)
 
 
 def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most: float) -> Knots:
-    """Put the ends of retracted paths where they mobilise the most friction."""
+    """Move the ends of retracted paths to tan α = `most`."""
     knots = followed.knots
     excess = knots.states.fx / most + knots.states.fy
     last = np.flatnonzero(followed.last & (side[knots.branch] < 0.0) & (excess > 0.0))
@@ -251,7 +251,7 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
 def _resolved(
     branches: Branches, followed: Followed, side: FloatArray, *, round_rods: bool, ideal: bool
 ) -> tuple[list[Finished], BoolArray]:
-    """Resolve the parts of each path, in the order of x0, up to a failure; True without one."""
+    """Resolve the parts of each path, in the order of x0, up to a failure; True if none fails."""
     knots, parts = followed.knots, cut(branches, followed, side)
     if round_rods and ideal:
         # In tip contact the clamp passes under the contact point where the offset is zero: nothing
@@ -282,7 +282,7 @@ def _resolved(
 
 
 def _is_possible(curve: StickingCurve) -> bool:
-    """Whether no part has the other kind of contact than it was cut out for."""
+    """Whether each part's kind of contact is possible all along it."""
     pieces, slack = Pieces.concatenate([curve.retraction, curve.pieces]), CONTACT_SLACK
     phi1, s_c = pieces.samples.phi1, pieces.samples.s_c
     lies = pieces.line[:, None]

@@ -106,7 +106,7 @@ def _sections(followed: Followed, side: FloatArray) -> list[Section]:
 
 
 def _straight(along: FloatArray, low: int, high: int) -> Iterator[tuple[int, int, FloatArray]]:
-    """Cut where the directions of a path differ too much from that of its ends."""
+    """Halve a stretch until its directions are near the mean of both ends."""
     ends = [low, high]
     while len(ends) > 1:
         low, high = ends[:2]
@@ -120,7 +120,7 @@ def _straight(along: FloatArray, low: int, high: int) -> Iterator[tuple[int, int
 
 
 def residual_tolerance(nodes: int) -> float:
-    """Largest residual of a state that counts as solved on a number of nodes."""
+    """Residual up to which a state on so many nodes counts as solved."""
     return RESIDUAL_TOLERANCE if nodes <= MANY_NODES else ROUNDED_TOLERANCE
 
 

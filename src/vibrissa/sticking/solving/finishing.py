@@ -39,7 +39,7 @@ BUCKLING_WIDTHS = (1e-4, 1e-7)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Finished(Batch):
-    """Resolved parts, or halves of them, that begin at knots, and where their shapes end them."""
+    """Resolved parts, or halves; the knots that begin the parts, and the limits of the shapes."""
 
     knot: IntArray
     pieces: Pieces
@@ -109,7 +109,7 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
 
 
 def _level(phi1: FloatArray) -> FloatArray:
-    """Fractions of a part where its tip is level or nearly: just before, a rod may arch over it."""
+    """Fractions of a part at which the tip is nearly level: just before, the rod may arch."""
     series = chebyshev_transform(len(phi1)) @ phi1
     # No polynomial of Chebyshev exceeds 1.
     if np.abs(series[0]) - np.abs(series[1:]).sum() > NEARLY_LEVEL:
@@ -176,7 +176,7 @@ def _limit(found: Resolved, at: FloatArray) -> tuple[float, str]:
 
 
 def _with_dips(at: FloatArray, looked: Clearance, beyond: int) -> FloatArray:
-    """Add places where a clearance may be negative between those before the one at `beyond`."""
+    """Add places, before the one at `beyond`, between which a clearance may dip below zero."""
     before, after = (
         np.maximum(np.arange(len(at)) - 1, 0),
         np.minimum(np.arange(len(at)) + 1, len(at) - 1),

@@ -54,7 +54,7 @@ class Knots(Batch):
     change : ndarray, shape (n, nodes + 3)
         Derivatives of the unknowns along the path.
     direction : ndarray, shape (n, 4)
-        The same of its coordinates (`Branches.coordinates`), of length 1.
+        Derivatives of the coordinates (`Branches.coordinates`); length 1.
     step : ndarray, shape (n,)
         Step from the knot before; 0 where a path begins, and behind a kink.
     """
@@ -221,7 +221,7 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
 
 
 def between(low: Knots, high: Knots, share: FloatArray) -> RodStates:
-    """Guess states at parts of the steps between knots, by cubics along their tangents."""
+    """Guess states at fractions of the steps between knots, by cubics with their tangents."""
     unknowns = low.states.unknowns, high.states.unknowns
     change = low.change, high.change
     return low.states.with_unknowns(hermite(share, high.step, *unknowns, *change))
@@ -235,7 +235,7 @@ def hermite(
     low_change: FloatArray,
     high_change: FloatArray,
 ) -> FloatArray:
-    """Cubics between values with derivatives at two places, `share` of the `step` between them."""
+    """Cubics from values and derivatives at two places, `step` apart, at the fraction `share`."""
     t, step = share[..., None], step[..., None]
     s = 1.0 - t
     value = s * s * (1.0 + 2.0 * t) * low + t * t * (1.0 + 2.0 * s) * high

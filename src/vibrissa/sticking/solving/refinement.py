@@ -150,14 +150,14 @@ def _halves(path: PathStates) -> Iterator[PathStates]:
 
 
 def _needed(ladder: Sequence[float], number: int, decay: FloatArray, target: float) -> FloatArray:
-    """Lowest number on a ladder with which geometric series decay to a target, or its last."""
+    """Lowest number on a ladder at which series with that decay reach a target, or its last."""
     with np.errstate(divide="ignore"):
         needed = number * np.log(target) / np.log(np.minimum(decay, 0.5))
     return np.array(ladder)[np.searchsorted(ladder, np.minimum(needed, ladder[-1]))]
 
 
 def _rod_decay(path: PathStates) -> FloatArray:
-    """Largest decay of the series along the rod of each part's states; infinite if none."""
+    """Largest `coefficient_decay` of each part's states; infinite if one is not solved."""
     decays = coefficient_decay(path.states).reshape(-1, path.count).max(axis=1)
     return np.nan_to_num(decays, nan=np.inf)
 

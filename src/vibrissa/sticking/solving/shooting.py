@@ -50,9 +50,9 @@ class Tolerances:
     simplex : float
         Size and spread of values at which the simplex search ends.
     miss : float
-        Distance between tip and contact point (L) above which a search is not believed.
+        Distance between tip and contact point (L) above which a search has failed.
     restarts : int
-        Searches that may follow one that is not believed.
+        Searches that may follow one that has failed.
     """
 
     rtol: float = 1e-10
@@ -100,7 +100,7 @@ def _search(
     alpha: float | None = None,
     x1: float | None = None,
 ) -> ShotState:
-    """Search f and the free one of α and x1 by Nelder–Mead, until the tip meets its place."""
+    """Search f and α, or f and x1, by Nelder–Mead until the tip meets the contact point."""
 
     def state(unknowns: FloatArray) -> tuple[float, float, float]:
         f, other = map(float, unknowns)
@@ -129,7 +129,7 @@ def _search(
 
 
 def initial_state(theta: float, eta: float, tolerances: Tolerances = PRECISE) -> ShotState:
-    """Search for the α = 0 state, for f and x1."""
+    """Search f and x1 of the α = 0 state."""
     # A cold start far from the branch ends in the mirror image or a higher mode: come down from
     # near the buckling load, where the mode is known.
     top = max(eta, CONTINUATION_START)
@@ -174,7 +174,7 @@ def walk(
     Returns
     -------
     list of ShotState
-        States at x0 = 0, Δx0, 2·Δx0, ...; the last one's `miss` tells whether a search failed.
+        States at x0 = 0, Δx0, 2·Δx0, ...; the last has a large `miss` if its search failed.
     """
     states = [start or initial_state(theta, eta, tolerances)]
     x1_init = states[0].x1
@@ -266,7 +266,7 @@ def _smooth_piece(known: StickingState) -> Pieces:
 
 
 def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> ShapeLimits:
-    """First of some states whose shape is inadmissible, to the step."""
+    """First step at which the shape is inadmissible; NaN if none."""
     rule = gauss_rule(NODES)
     s = rule.from_start @ arc_density(rule.nodes, theta)
     rows = zip(states.f, states.alpha, x1_init - states.x0, strict=True)
