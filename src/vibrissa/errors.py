@@ -34,7 +34,7 @@ class StudyError(VibrissaError):
 
 
 class TableError(VibrissaError):
-    """A table that cannot be read, or is of other columns or another study."""
+    """A table that cannot be read, has other columns or is of another study."""
 
 
 class DamagedTableError(TableError):

@@ -258,8 +258,8 @@ class Candidate:
     def parts(self) -> list[TolerancePart]:
         """List the effect of halving each tolerance on the largest uncertainty, largest first.
 
-        Halved: its parameters k are measured once more, with a third of their variance S. Then
-        D·C·Dᵀ falls by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, Cₖ the columns of k in C.
+        To halve one, its parameters k are measured once more, with a third of their variance S.
+        Then D·C·Dᵀ falls by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, Cₖ the columns of k in C.
         """
         if not np.isfinite(self.largest):
             return []

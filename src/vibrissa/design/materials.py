@@ -26,7 +26,7 @@ class Material(Card):
     modulus : float
         Young's modulus (Pa).
     yield_strain : float
-        Strain up to which stress is linear.
+        Strain up to which the material is linear and elastic.
     density : float or None
         In kg/m³.
     """

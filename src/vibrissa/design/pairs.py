@@ -79,7 +79,7 @@ class Pair:
     longest : float
         Length of the longest period (L).
     strain : float
-        Largest strain then (d0/L).
+        Largest strain in that period (d0/L).
     """
 
     response: Response

@@ -73,7 +73,7 @@ def heights_of(text: str, lengths: Choice) -> Choice:
 
 
 def _between(low: float, high: float) -> Choice:
-    """Heights between two, closer together the closer they are to that of an upright rod."""
+    """Heights from `low` to `high`, the closer together the nearer to an upright rod."""
     if not 0.0 < low < high < 1.0:
         return tuple(sorted({low, high}))
     between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, MOST_HEIGHTS), 3)[1:-1]

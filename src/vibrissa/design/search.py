@@ -208,7 +208,7 @@ def design(requirements: Requirements) -> Design:
 
 
 def _violated(nearest: Candidate, alone: Sequence[str]) -> str:
-    """Name the constraints that a rod violates, and those that alone exclude all rods."""
+    """Name the constraints that a rod violates, and any that, dropped, would allow a rod."""
     factors = ", ".join(
         f"{check.name} (by a factor of {check.use:.3g})"
         for check in nearest.checks

@@ -219,9 +219,9 @@ class _Shapes(Batch):
         return found
 
     def gaps(self) -> FloatArray:
-        """Least distance of two parts of each shape, negative where they overlap; else infinite.
+        """Least distance of two parts of each shape, negative if they overlap, infinite if far.
 
-        Between the parts the rod turns by half a circle, nearly, or by more.
+        They are parts between which the rod turns by nearly half a circle or more.
         """
         tau = np.append(gauss_rule(self.slope.shape[1]).nodes[::STRIDE], 1.0)
         if self.curvature.shape[1]:

@@ -75,7 +75,7 @@ class ClosingCondition(Batch):
         value: FloatArray | float = 0.0,
         tilt: FloatArray | float = 0.0,
     ) -> Self:
-        """Prescribe a weighted sum; the weights by `OFFSET`, `FX`, ..."""
+        """Prescribe a weighted sum; keys of weights: `OFFSET`, `FX`, ..."""
         every = np.zeros((len(height), 5))
         for quantity, weight in weights.items():
             every[:, quantity] = weight

@@ -1,4 +1,4 @@
-"""How a rod is mounted: its clamp, its natural curvature, and the way of its stage.
+"""How a rod is mounted: its clamp, its natural curvature, and the path of its stage.
 
 The paper's mounting is *ideal*: clamp upright and rigid, rod straight, stage along the surface.
 
@@ -129,7 +129,7 @@ def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
 def tail(
     curvature: FloatArray, start: FloatArray, stop: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Natural shape of rods from arc length `start` to `stop` (L), from the slope at `start`.
+    """Natural shape of rods from arc length `start` to `stop` (L), in axes along the slope there.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def tail(
     Returns
     -------
     along, up, turn : ndarray, shape (n, points)
-        Distances along that slope and normal to it (L), and angle of turn (rad).
+        Distances along the slope at `start` and normal to it (L), and angle of turn (rad).
     """
     integral = curvature / np.arange(1, curvature.shape[1] + 1)
     begin, length = start * polynomial(integral, start), stop - start

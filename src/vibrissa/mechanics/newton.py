@@ -39,7 +39,7 @@ def solve(
     tolerance : float
         Change at which the iteration ends; the error is then a hundredth of it.
     iterations : int
-        Largest number of them.
+        Largest number of corrections.
     """
     states = guess.copy()
     states.s_c[~states.line] = 1.0
@@ -72,8 +72,8 @@ def solve(
 def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:
     """Correction of states: residual on all nodes, inverse of the Jacobian on few.
 
-    Correction minus residual is smooth: an integral (K. E. Atkinson, The Numerical Solution of
-    Integral Equations of the Second Kind, 1997, §6.2).
+    The integral operator of E1 makes correction minus residual smooth (K. E. Atkinson, The
+    Numerical Solution of Integral Equations of the Second Kind, 1997, §6.2).
     """
     nodes, few = states.nodes, inverse.shape[1] - SCALARS
     values = residuals(states, closing)

@@ -95,7 +95,7 @@ class Batch:
 
 
 def slices(count: int, size: int) -> Iterator[slice]:
-    """Cut `count` rows into slices of at most `size`, and at least one, row."""
+    """Cut `count` rows into slices of at most `size` rows (but at least one)."""
     size = max(size, 1)
     for start in range(0, count, size):
         yield slice(start, start + size)

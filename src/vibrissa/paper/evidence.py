@@ -140,7 +140,7 @@ def bending_of_steps(rows: pd.DataFrame) -> Bending:
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
     """Bending of rods that have buckled laterally, in the last sticking state.
 
-    It is that of the mirror image, in which the clamp pulls the tip.
+    It equals that of the mirror image, in which the clamp pulls the tip.
     """
     x0 = 2.0 * rows["x0_end"] - rows["x0_trail"]
     return _bending(rows, rows["f_trail"], -rows["alpha_trail"], x0)

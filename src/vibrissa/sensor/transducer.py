@@ -1,6 +1,6 @@
 """From clamp reactions to the readings of a force-torque transducer, in SI units.
 
-force_x is its Fx, force_y its Fz (along the unbent rod), moment_z about the normal of the plane.
+force_x is its Fx, force_y its Fz (along the unbent rod), moment_z its moment normal to the plane.
 """
 
 from collections.abc import Mapping

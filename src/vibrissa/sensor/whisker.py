@@ -103,7 +103,7 @@ class Whisker:
         Raises
         ------
         NoResponseError
-            If the rod has none.
+            If the rod has no response.
         """
         from vibrissa.sensor.response.branch import responses
 

@@ -91,11 +91,12 @@ def stick_slip(
     Parameters
     ----------
     curve : StickingCurve
-    mu0, dx0, cycles : Decimal or float, and int
+    mu0, dx0 : Decimal or float
+    cycles : int
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
     contact : str
-        Contact of the later cycles, which an oblique stage has solved anew.
+        Contact of later cycles, which are solved anew on an oblique stage.
 
     Returns
     -------

@@ -41,7 +41,7 @@ class Stiction:
     end : list of str
         How sticking ends past the lock (`vibrissa.outcomes.End`); else empty.
     ended : StickingState
-        State in which it so ends; NaN without a lock or if the curve was not followed.
+        State in which sticking so ends; NaN without a lock or a curve that was followed.
     trail : StickingState
         Last sticking state of a rod that has buckled laterally; NaN elsewhere.
     """

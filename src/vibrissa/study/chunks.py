@@ -1,6 +1,6 @@
 """Chunks: the parts of a grid that one job solves, and that one file holds.
 
-An axis is cut from its first value on: appending values to it leaves the earlier chunks unchanged.
+An axis is cut from its first value on: appending values to it leaves all full chunks unchanged.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -147,7 +147,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
 
     @property
     def source(self) -> str:
-        """What it is drawn from: a key of `TABLES`."""
+        """Kind of the figure's data: a key of `TABLES`."""
         return next(key for key in TABLES if getattr(self, key))
 
     @property

@@ -47,7 +47,7 @@ def points_table(
     curves: Sequence[StickingCurve],
     study: str,
 ) -> pa.Table:
-    """Table of points, given by their numbers in the chunk, read off their curves."""
+    """Read points, given by their row numbers in the chunk, off curves into a table."""
     keys = columns_at(axes, rows)
     index = np.repeat(np.arange(len(curves)), len(rows) // len(curves))
     mu0 = keys["mu0"].reshape(len(curves), -1)
@@ -56,7 +56,7 @@ def points_table(
     periods = read_curves(curves, list(mu0), dx0)
 
     def of_curves(name: str, kind: pa.DataType = NUMBER) -> pa.Array:
-        """Attribute of the paths, repeated for each of their points; NaN: no value."""
+        """Attribute of the paths, repeated for each of their points; NaN becomes null."""
         values = [getattr(curve, name) for curve in curves]
         return array(np.array(values) if kind == NUMBER else values, kind).take(pa.array(index))
 

@@ -29,7 +29,7 @@ FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "frag
 
 
 def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
-    """Open a table (of the given study); its rows are read later."""
+    """Open a table, of `study_part` if given; its rows are read later."""
     # It imports pandas, which takes time.
     from pyarrow import dataset
 

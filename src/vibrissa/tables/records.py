@@ -40,7 +40,7 @@ def table_of(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
 
 
 def state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
-    """Values of the columns `STATE`, a suffix to their names."""
+    """Columns `STATE` of a state, with a suffix to their names."""
     return {f"{column.name}{suffix}": getattr(state, column.name) for column in STATE}
 
 

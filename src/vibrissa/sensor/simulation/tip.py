@@ -154,6 +154,8 @@ class Tip:
     ----------
     contact, mu0 : float
         Position on the surface (L), and static friction there.
+    side : int
+        1 ahead of the clamp, −1 behind it.
     begin : int
         Step at which it begins to stick.
     slipped : bool
@@ -184,7 +186,7 @@ class Tip:
         return int(np.argmin(self.margins(clamp))), bool(x0 > states.x0_lock)
 
     def swung(self, clamp: float) -> float:
-        """Position of the tip after lateral buckling (L): as far on the other side."""
+        """Position of the tip after lateral buckling (L): its mirror image in the clamp."""
         return 2.0 * float(self.stage.along(clamp)) - self.contact
 
     def slid(self, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
@@ -234,7 +236,7 @@ class Tip:
         )
 
     def _limit(self, begin: float, end: float, way: float) -> float:
-        """Clamp position at which sticking ends on the way to `end` (L); or infinite."""
+        """Clamp position at which sticking ends on the way to `end` (L), else infinite."""
         states, _ = self.stage.states(begin, self.contact, self.side)
         stretch = way * float(states.x0_end - states.x0_pull)
         while begin != end:

@@ -106,7 +106,7 @@ def _sections(followed: Followed, side: FloatArray) -> list[Section]:
 
 
 def _straight(along: FloatArray, low: int, high: int) -> Iterator[tuple[int, int, FloatArray]]:
-    """Halve a stretch until its directions are near the mean of both ends."""
+    """Halve stretches until all directions are near the mean of both ends."""
     ends = [low, high]
     while len(ends) > 1:
         low, high = ends[:2]

@@ -101,7 +101,7 @@ def follow(
     ended: Ended,
     longest: float,
 ) -> Followed:
-    """Follow paths from their α = 0 states until they end or the displacement turns back.
+    """Follow paths from their α = 0 states until they have `ended` or the displacement turns back.
 
     Parameters
     ----------

@@ -266,7 +266,7 @@ def _smooth_piece(known: StickingState) -> Pieces:
 
 
 def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> ShapeLimits:
-    """First step at which the shape is inadmissible; NaN if none."""
+    """Limit at the first step with an inadmissible shape; or NaN."""
     rule = gauss_rule(NODES)
     s = rule.from_start @ arc_density(rule.nodes, theta)
     rows = zip(states.f, states.alpha, x1_init - states.x0, strict=True)
