@@ -25,7 +25,7 @@ class StudyError(VibrissaError):
     Attributes
     ----------
     mistakes : tuple of str
-        For each the key, the value and what is allowed.
+        Each with the key, the value and what is allowed.
     """
 
     def __init__(self, first: str, *others: str) -> None:

@@ -1,6 +1,6 @@
 """A study as one file for a repository of research data: results and code, as an RO-Crate.
 
-The archive can be unpacked anywhere and make its results again: workflow/verify.py does it.
+An unpacked archive can make its results again, anywhere: workflow/verify.py does it.
 """
 
 import shutil

@@ -173,7 +173,7 @@ def read(path: Path) -> pd.DataFrame:
 
 
 def bless(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> None:
-    """Write the results as reference tables; remove those of tables that the study lost."""
+    """Write the results as reference tables; remove those that the study no longer has."""
     found = _as_texts(condensed(results), layouts)
     reference.mkdir(parents=True, exist_ok=True)
     for name in layouts:

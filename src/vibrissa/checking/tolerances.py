@@ -38,7 +38,7 @@ def read_layouts(path: Path) -> dict[str, Layout]:
     Raises
     ------
     ComparisonError
-        If the file has something else.
+        If the file has no such layouts.
     """
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))

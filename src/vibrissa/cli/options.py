@@ -39,9 +39,9 @@ Out = Annotated[Path | None, option(_TABLE, "Output", "--output", "-o")]
 def command(
     panels: Panels, epilog: str, file: str = "--rod", endings: Sequence[str] = ENDINGS
 ) -> Callable[[Callable[..., None]], Any]:
-    """Make a command of a function, with options in place of its parameter that is a model.
+    """Make a command of a function, with options in place of its model parameter.
 
-    The model is the only parameter that is no option, and has a method ``read(path, **fields)``.
+    The model is the one parameter annotated by a class, with a method ``read(path, **fields)``.
     The output is checked before anything is computed.
 
     Parameters

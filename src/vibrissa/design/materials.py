@@ -81,7 +81,7 @@ def stated_material(setup: Setup) -> Material | None:
 
 
 def likely_material(setup: Setup) -> Material | None:
-    """Give the stated material, or else the strongest one with the modulus that is stated."""
+    """Give the stated material, or else the strongest one with about the stated modulus."""
     found = stated_material(setup)
     modulus = setup.in_si("modulus")
     if found is not None or modulus is None:

@@ -185,7 +185,7 @@ class Requirements(Keyed):
         Raises
         ------
         ArgumentError
-            If it is not given.
+            If none is given.
         """
         found = stated_material(self.setup)
         if found is None:

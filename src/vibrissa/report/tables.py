@@ -49,7 +49,7 @@ SHOWN = {
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A column to be read: its name, unit and description, and the text of each cell."""
+    """A column for readers: its name, unit and description, and the text of each cell."""
 
     name: str
     unit: str
@@ -59,7 +59,7 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """A table to be read, with a title and a note."""
+    """A table for readers, with a title and a note."""
 
     title: str
     note: str

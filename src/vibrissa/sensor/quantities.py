@@ -1,4 +1,4 @@
-"""Units: texts with a unit are read to nondimensional numbers; results are in SI units.
+"""Units: texts with a unit become nondimensional numbers; results are in SI units.
 
 Nondimensional are lengths in units of L, forces in E·I0/L², moments in E·I0/L.
 """

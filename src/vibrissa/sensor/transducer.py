@@ -74,7 +74,7 @@ class Transducer(Card):
 
     @property
     def deviation(self) -> tuple[float, float, float]:
-        """Standard deviation of a reading: noise, and rounding, uniform within a step."""
+        """Standard deviation of a reading: noise, and uniform rounding within a step."""
         x, y, z = np.sqrt(np.square(self.noise) + np.square(self.resolution) / 12.0).tolist()
         return x, y, z
 

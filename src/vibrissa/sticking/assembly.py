@@ -1,4 +1,4 @@
-"""Assembly of curves from solved parts: critical states, first line contacts, ends."""
+"""Assembly of curves from solved parts: critical states, first touches, ends."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -82,7 +82,7 @@ def _rows(curves: Sequence[StickingCurve]) -> list[slice]:
 
 
 def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
-    """Add the lock and the first line contact to a curve that is cut off."""
+    """Add the lock and the first touch to a curve that is cut off."""
     message = "" if curve.end is End.NOT_FOLLOWED else curve.end_message
     x0_lock, mu_lock = _lock(curve, extremes)
     within = 0.0 < x0_lock < curve.x0_end - SAME

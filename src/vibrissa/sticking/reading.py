@@ -1,6 +1,6 @@
 """Reading of sticking curves: contact, states, onsets of slip, motion beyond the lock.
 
-What is read off one curve does not depend on those beside it, bit for bit.
+What is read off a curve does not depend on other curves, bit for bit.
 """
 
 from collections.abc import Mapping

@@ -29,7 +29,7 @@ def solved_points(
 ) -> Iterator[pa.Table]:
     """Solve the rods of a chunk and read its points off them, some rods at a time.
 
-    Tables have the schema `STICTION`, in the order `ROW_ORDER`.
+    Tables of the schema `STICTION`, rows in the order `ROW_ORDER`.
     """
     rods = rods_of(axes, method.by_step)
     each = number_of_points(axes) // len(rods)

@@ -17,7 +17,7 @@ Rod = Mapping[str, Any]
 
 
 def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
-    """List the rods of a chunk in the order of its rows; `by_step`: one for each step Δx0."""
+    """List the rods of a chunk in the order of its rows; `by_step`: one rod for each Δx0."""
     order = ("eta", "theta", *MOUNTING_AXES, "dx0")
     values: list[Sequence[Any]] = [
         axes[axis] if by_step or axis != "dx0" else (None,) for axis in order

@@ -100,7 +100,7 @@ class Slip:
         Raises
         ------
         ArgumentError
-            If the tip comes to where the surface is not known, or does not come to rest.
+            If the tip reaches an unknown part of the surface, or does not come to rest.
         """
         if self.law is SlipLaw.FREE:
             return 0.0
@@ -206,7 +206,7 @@ class Tip:
         step : int
             The number of steps if it sticks up to the last one.
         until : float
-            Clamp position at which sticking ends (L); NaN if it does not.
+            Clamp position at which sticking ends (L); NaN if it goes on.
         """
         rest = positions[self.begin :]
         low, high = self._interval(clamp, float(rest.min()), float(rest.max()))

@@ -86,8 +86,7 @@ def solve_curves(
     Returns
     -------
     list of StickingCurve
-        A pair without a resolved solution is ``failed``, one without a first state
-        ``out_of_reach``.
+        ``failed`` where no solution was resolved, ``out_of_reach`` where no first state exists.
     """
     theta, eta = np.asarray(theta, dtype=float), np.asarray(eta, dtype=float)
     mounted = [IDEAL] * len(theta) if mountings is None else list(mountings)
