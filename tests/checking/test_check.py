@@ -245,7 +245,7 @@ def test_the_command_tells_a_person_and_ci(tmp_path, stiction):
     assert check(tmp_path, *again)[0] == 0
     # Tables that this study file did not make, and a mistake in it, are refused before.
     status, screen = check(tmp_path)
-    assert status == 2 and "stiction.parquet does not answer this study file" in screen
+    assert status == 2 and "stiction.parquet belongs to another study file" in screen
     (tmp_path / "a.yaml").write_text(STUDY.replace("[2]", "[0]"))
     status, screen = check(tmp_path)
     assert status == 2 and screen.startswith("error: a.yaml:2: grids.g.theta[0]: 0 is not allowed")

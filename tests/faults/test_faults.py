@@ -119,7 +119,7 @@ def test_a_file_is_damaged(tmp_path, undisturbed, seed):
         (tmp_path / "results/faults" / name).unlink(missing_ok=path.name == "stiction.parquet")
     status, screen = finish(tmp_path)
     if status:
-        assert f"{path.name} is removed; the same command makes it anew" in screen
+        assert f"{path.name} is removed; run the same command to make it again" in screen
     assert_healed(tmp_path, undisturbed)
 
 

@@ -38,7 +38,7 @@ def test_a_run_that_is_stopped_says_so(fresh):
     process.send_signal(signal.SIGINT)
     screen, _ = process.communicate(timeout=60)
     assert process.returncode == 128 + signal.SIGINT and "Traceback" not in screen
-    told = "Stopped. Finished results are kept: the same command continues."
+    told = "Stopped. Finished results are kept: run the same command to resume."
     assert screen.splitlines()[-1] == told
 
 
@@ -49,7 +49,7 @@ def test_a_log_has_the_reason_and_damaged_tables_are_removed(tmp_path):
     for error, words in (
         (VibrissaError("no luck"), "error: no luck\n"),
         (OSError(28, "No space left on device"), "error: [Errno 28] No space left on device\n"),
-        (DamagedTableError(table, "is bad"), f"again: it is made again\n{table} is removed; the"),
+        (DamagedTableError(table, "is bad"), f"again: it is made again\n{table} is removed; run"),
     ):
         with pytest.raises(SystemExit), jobs.logged(log):
             raise error

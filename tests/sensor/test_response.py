@@ -217,6 +217,6 @@ def test_a_range_is_solved_in_smaller_parts_where_these_are_resolved(monkeypatch
 
 
 def test_a_height_without_a_response_is_named(monkeypatch):
-    said = r"heights from 0\.6699\d* L to 0\.6703\d* L, where its response is not known: no contact"
+    said = r"heights from 0\.6699\d* L to 0\.6703\d* L, where the response is not known: no contact"
     with pytest.raises(NoResponseError, match=said):
         parts_of(monkeypatch, 0.6, 0.9, lambda low, high: low < 0.67 < high)

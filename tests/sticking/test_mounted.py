@@ -185,7 +185,7 @@ def test_a_rod_curved_towards_the_surface_may_swing_before_it_locks():
     # Still more, and it is not stable in its plane from the start.
     none = curve(2.3, 0.85, Mounting(clamp_angle=0.06, curvature=(1.13, 1.34)))
     assert none.status == "out_of_reach" and not none.pieces
-    assert "the rod leaves its plane with alpha = 0 already" in none.message
+    assert "the rod leaves its plane already at alpha = 0" in none.message
 
 
 def test_the_ideal_mounting_is_the_paper_s_digit_by_digit():

@@ -166,5 +166,5 @@ def test_an_onset_that_locks_says_how_it_goes_on():
 
 def test_motion_end_is_asked_for_locking_friction_only():
     curve = solve_curve(1.0, 0.85)
-    with pytest.raises(ValueError, match=r"larger than 0\.5145"):
+    with pytest.raises(ValueError, match=r"mu_lock = 0\.5145"):
         curve.motion_end([0.6, 0.5])

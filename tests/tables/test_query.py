@@ -80,7 +80,7 @@ def test_the_tables_of_a_study_are_opened_and_others_refused(long_table):
     files = {"stiction": str(long_table), "svg": []}
     found = query.opened_tables(files, {"stiction": "the study"})
     assert query.count(found["stiction"]) == 60_000
-    with pytest.raises(DamagedTableError, match="does not answer this study file"):
+    with pytest.raises(DamagedTableError, match="belongs to another study file"):
         query.opened_tables(files, {"stiction": "another study"})
 
 
@@ -100,7 +100,7 @@ def test_a_table_that_is_damaged_while_it_is_read_is_named(long_table):
             read(table, STICTION.names)
         assert error.value.path == long_table
     long_table.unlink()
-    with pytest.raises(TableError, match=f"{long_table} cannot be read .*; see why") as error:
+    with pytest.raises(TableError, match=f"{long_table} cannot be read .*; mend that") as error:
         query.rows(table, ["eta"])
     assert not isinstance(error.value, DamagedTableError)
 

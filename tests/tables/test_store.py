@@ -83,7 +83,7 @@ def test_a_table_of_another_study_file_is_refused(tables, path):
         ("study: a\nmu0: [2]\n", r"it has 'mu0: \[1\]'"),
         ("", "it has 'study: a'"),
     ):
-        with pytest.raises(DamagedTableError, match=f"does not answer this study file .{words}"):
+        with pytest.raises(DamagedTableError, match=f"belongs to another study file .{words}"):
             store.need_study(path, part)
 
 

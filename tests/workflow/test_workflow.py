@@ -158,7 +158,7 @@ def test_a_copy_of_a_study_file_does_not_write_over_the_results_of_the_first(don
     done.write("copy.yaml", TINY.replace("[0.3, 5]", "[0.2, 5]"))
     status, screen = done.call("-n", study="copy.yaml")
     assert status != 0
-    assert "copy.yaml: study: 'tiny' is the study of tiny.yaml" in screen
+    assert "copy.yaml: study: 'tiny' is used by tiny.yaml" in screen
     assert "give the key study another value in copy.yaml" in screen
 
 

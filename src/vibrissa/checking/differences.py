@@ -49,7 +49,7 @@ def compare(
     cannot_be_identified = set(keys) & set(absent)
     if absent or more:
         new, gone = (", ".join(some) or "none" for some in (absent, more))
-        text = f"{name}: other columns than the reference: new {new}, gone {gone}"
+        text = f"{name}: the columns differ from the reference: new {new}, gone {gone}"
         if cannot_be_identified:
             text += "; its rows cannot be identified: review the results, then make bless"
         yield Difference(table=name, problem="other columns", text=text)

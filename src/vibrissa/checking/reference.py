@@ -140,7 +140,7 @@ def as_text(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
     """
     names = [*layout.keys, *layout.columns]
     if unknown := [column for column in names if column not in frame]:
-        raise ComparisonError(f"no column {', '.join(unknown)}; there are {', '.join(frame)}")
+        raise ComparisonError(f"no column {', '.join(unknown)}; the table has {', '.join(frame)}")
     ordered = frame.sort_values(layout.keys, ignore_index=True)
     return pd.DataFrame({column: ordered[column].astype(object).map(_spell) for column in names})
 

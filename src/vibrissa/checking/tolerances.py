@@ -45,6 +45,6 @@ def read_layouts(path: Path) -> dict[str, Layout]:
         return TypeAdapter(dict[str, Layout]).validate_python(content)
     except (yaml.YAMLError, InvalidLayout) as error:
         raise ComparisonError(
-            f"{path} does not say what to compare ({error}); allowed: for each table keys: a "
-            "list, and columns: each exact or {absolute: number, relative: number}"
+            f"{path} does not say what to compare ({error}); needed for each table: keys, a list, "
+            "and columns, each exact or {absolute: number, relative: number}"
         ) from None

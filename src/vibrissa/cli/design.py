@@ -25,7 +25,7 @@ Out = Annotated[
 ]
 EXAMPLES = (
     "Examples: `vibrissa design --material music-wire --transducer nano17-si-12-0.12 --step "
-    "'50 um' --mu0 '0.2 to 0.4'`; a rod that is given is checked: `vibrissa design --material "
+    "'50 um' --mu0 '0.2 to 0.4'`; to check a given rod: `vibrissa design --material "
     "steel-s235 --diameter '5 mm' --length '100 mm' --theta 2 --eta 0.85 --transducer "
     "nano17-si-12-0.12 --step '50 um' --mu0 '0.2 to 0.4'`"
 )

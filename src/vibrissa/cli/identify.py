@@ -47,7 +47,7 @@ def identify(
     output: Out = None,
     verbose: Annotated[
         bool,
-        option("Print assumed tolerances and all estimates, too.", "Output", "--verbose", "-v"),
+        option("Also print assumed tolerances and all estimates.", "Output", "--verbose", "-v"),
     ] = False,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.

@@ -20,10 +20,10 @@ def scan(
     step: Annotated[str, option("Step of the stage: '20 um'.", MOTION)],
     to: Annotated[
         list[str],
-        option("Where the stage stops. Repeat it for where it turns: --to 1 --to 0.", MOTION),
+        option("Where the stage stops. Repeat it for a way back: --to 1 --to 0.", MOTION),
     ],
     output: Out,
-    mu0: Annotated[str | None, option("The same friction everywhere.", SURFACE)] = None,
+    mu0: Annotated[str | None, option("Constant friction coefficient.", SURFACE)] = None,
     patches: Annotated[str | None, option("Patches: '0 mm: 0.3, 50 mm: 0.4'.", SURFACE)] = None,
     profile: Annotated[
         Path | None, option("Measured surface: a table with columns x and mu0.", SURFACE)

@@ -46,8 +46,8 @@ class Material(Card):
         if not 1.0 / OTHER < modulus / self.modulus < OTHER:
             raise ArgumentError(
                 f"modulus = {modulus / 1e9:.4g} GPa is not that of {self.name} "
-                f"({self.modulus / 1e9:.4g} GPa): give the material, or its modulus and yield "
-                "strain"
+                f"({self.modulus / 1e9:.4g} GPa): leave out modulus, or give modulus and "
+                "yield_strain instead of the material"
             )
         strain = self.yield_strain * self.modulus / modulus
         return self.model_copy(update={"modulus": modulus, "yield_strain": strain})

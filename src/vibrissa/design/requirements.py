@@ -63,7 +63,7 @@ def heights_of(text: str, lengths: Choice) -> Choice:
             return Kind.NUMBER.read(part, "eta")
         if len(lengths) != 1:
             raise ArgumentError(
-                f"eta = {part!r} has a unit, but several lengths are allowed: give it in units "
+                f"eta = {part!r} has a unit, but several lengths are allowed: give eta in units "
                 "of the length"
             )
         return Kind.LENGTH.read(part, "eta") / lengths[0]
@@ -105,14 +105,14 @@ class Requirements(Keyed):
     step: Annotated[Positive, Kind.LENGTH]
     """Step of the stage: '20 um'."""
     theta: Annotated[tuple[Taper, ...], Kind.NUMBER] = TAPERS
-    """Taper, as made: a value, a list or a range; by default from 1 to 10."""
+    """Taper, base over tip: a value, a list or a range; by default from 1 to 10."""
     length: Annotated[tuple[Positive, ...], Kind.LENGTH] = LENGTHS
     """Length of the rod: a value, a list or a range; by default from 20 to 200 mm."""
     eta: Annotated[tuple[Part, ...], Kind.NUMBER] = HEIGHTS
     """Height in units of the length, or '85 mm': a value, a list or a range; by default from 0.5
     to 0.98."""
     diameter: Annotated[tuple[Positive, ...], Kind.LENGTH] = DIAMETERS
-    """Diameter at the clamp, as sold: a value, a list or a range; by default from 0.1 to 10 mm."""
+    """Diameter at the clamp: a value, a list or a range; by default sizes sold, 0.1 to 10 mm."""
     tip: Annotated[NotNegative, Kind.LENGTH] = 1e-4
     """Least diameter of the tip; by default 0.1 mm."""
     safety: Factor = 1.5
@@ -167,7 +167,7 @@ class Requirements(Keyed):
     def _check_setup(self) -> Self:
         """Refuse a set-up for which no rod can be designed, before the search."""
         if (self.setup.transducer is None) == (self.setup.noise is None):
-            raise ArgumentError("give the transducer or the noise, one of both")
+            raise ArgumentError("give either the transducer or the noise")
         if min(self.noise) <= 0.0:
             raise ArgumentError(f"noise must be positive, got {self.setup.noise!r}")
         first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])

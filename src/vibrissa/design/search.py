@@ -216,7 +216,7 @@ def _violated(nearest: Candidate, alone: Sequence[str]) -> str:
     )
     if nearest.requirements.given:
         return f"this rod cannot be used: it violates the constraints {factors}"
-    advice = "no single one of them is the cause"
+    advice = "more than one of them must be relaxed"
     if alone:
-        advice = f"dropping {' or '.join(alone)} would allow one"
+        advice = f"dropping {' or '.join(alone)} would allow a rod"
     return f"no rod meets all constraints: the closest one violates {factors}; {advice}"

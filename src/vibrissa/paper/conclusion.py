@@ -96,7 +96,7 @@ def longer_periods(evidence: Evidence) -> Finding:
 def longer_way(evidence: Evidence) -> Finding:
     lengths = evidence.scan_lengths()
     events = evidence.cycle_counts().to_numpy().min()
-    quantities = {**spread("distance", lengths, "L"), "events in each": (events, "1")}
+    quantities = {**spread("distance", lengths, "L"), "events in each scan": (events, "1")}
     return judged(quantities, contradicted=not rises(lengths, 0, 1))
 
 

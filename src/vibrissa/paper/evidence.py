@@ -120,8 +120,8 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     beyond = friction.loc[friction["status"] == Status.LOCK, "x0_trail"]
     if beyond.empty or beyond.isna().any():
         raise TableError(
-            f"the paper's statements cannot be judged: grid {names['friction']} needs μ0 above "
-            "μ_lock, and up to 3 at most"
+            f"the paper's statements cannot be judged: grid {names['friction']} needs a μ0 above "
+            "μ_lock, and none above 3"
         )
     return Evidence(
         taper=found["taper"].sort_values(["mu0", "theta"], ignore_index=True),

@@ -155,7 +155,7 @@ def two_unknowns(evidence: Evidence) -> Finding:
     quantities = {
         "unknowns that the tip's position determines": (position, "1"),
         "conditions with a given φ1": (len(derivative), "1"),
-        "independent ones of them": (np.linalg.matrix_rank(derivative), "1"),
+        "independent conditions": (np.linalg.matrix_rank(derivative), "1"),
     }
     return judged(quantities, contradicted=position != 2, condition=True)
 

@@ -136,7 +136,7 @@ def few_steps(evidence: Evidence) -> Finding:
     finer = int(last_step_within(np.array(onset), exact(evidence.dx0) / 10))
     quantities = {
         "steps at μ0 = 0.3": (cylinder, "1"),
-        "steps of a tenth of the size": (finer, "1"),
+        "steps with a tenth of the step": (finer, "1"),
         "share of the steps at θ = 2": (100 * cylinder / steps.loc[2.0, 0.3], "%"),
     }
     return judged(quantities, contradicted=cylinder > FEW, condition=finer > FEW)
@@ -149,7 +149,7 @@ def accurate_drive(evidence: Evidence) -> Finding:
     shortest = onset.loc[1.0].min()
     quantities = {
         "values of μ0 missed at θ = 1": (missed[0], "1"),
-        "values missed at θ = 3": (missed[-1], "1"),
+        "values of μ0 missed at θ = 3": (missed[-1], "1"),
         "largest step of the example rod that misses none": (1e3 * EXAMPLE.length * shortest, "mm"),
     }
     return judged(quantities, contradicted=missed[0] <= missed[-1])

@@ -33,7 +33,7 @@ def main(arguments: list[str]) -> int:
             os.killpg(child.pid, signal.SIGTERM)
             child.send_signal(signal.SIGINT)
         child.wait()
-    print("Stopped. Finished results are kept: the same command continues.", file=sys.stderr)
+    print("Stopped. Finished results are kept: run the same command to resume.", file=sys.stderr)
     return 128 + signal.SIGINT
 
 

@@ -23,6 +23,6 @@ def logged(log: str | Path) -> Iterator[None]:
             print(f"error: {error}")
             if isinstance(error, DamagedTableError) and error.path.is_file():
                 error.path.unlink()
-                print(f"{error.path} is removed; the same command makes it anew")
+                print(f"{error.path} is removed; run the same command to make it again")
             output.close()
         sys.exit(1)

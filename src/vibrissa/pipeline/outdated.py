@@ -36,7 +36,7 @@ def need_current(study: Study, study_file: Path, tables: Sequence[str] = ()) -> 
     result = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     screen = " ".join(f"{result.stdout} {result.stderr}".split())
     if result.returncode:
-        raise ComparisonError(f"Snakemake cannot tell whether the results are current: {screen}")
+        raise ComparisonError(f"Snakemake cannot check whether results are current: {screen}")
     if CURRENT not in screen:
         run = "make reproduce" if study_file == PAPER else f"make study STUDY={study_file}"
         raise ComparisonError(

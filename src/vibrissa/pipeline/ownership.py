@@ -27,7 +27,7 @@ def check(results: Path, study_file: Path) -> None:
     name = results.name
     if owner.is_file() and not owner.samefile(study_file) and name_in(owner) == name:
         raise StudyError(
-            f"{study_file}: study: {name!r} is the study of {owner}, with the results {results}; "
+            f"{study_file}: study: {name!r} is used by {owner}, whose results are in {results}; "
             f"give the key study another value in {study_file}"
         )
 

@@ -35,7 +35,7 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
     scans = _solved(found["scans"]) if "scans" in found else []
     offered = [scan for scan in scans if _is_repeatable(scan.iloc[0])][:MOST_SCANS]
     lost = len(scans) - len(offered)
-    why = f"the page takes at most {MOST_SCANS}, ideally mounted, within its fields"
+    why = f"at most {MOST_SCANS} are shown, ideally mounted, within the ranges of the fields"
     note = f"Not offered: {counted(lost, 'scan')}; {why}." if lost else ""
     if not offered:
         return (*PAPER, *MOUNTED), note

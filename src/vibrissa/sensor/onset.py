@@ -105,7 +105,7 @@ class WhiskerOnset(Tabular):
         if self.most is not None:
             strain, place = self.most.strain[0], self.most.place[0]
             yield "strain_most", strain, Kind.STRAIN, "largest strain while sticking"
-            yield "strain_place", place, Kind.LENGTH, "distance of that place from the clamp"
+            yield "strain_place", place, Kind.LENGTH, "place of the largest strain, from the clamp"
 
 
 def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> WhiskerOnset:

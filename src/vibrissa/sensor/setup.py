@@ -55,7 +55,7 @@ class Setup(Keyed):
     section: RodSection = RodSection.ROUND
     """round: the rod may buckle out of its plane; planar: a strip stays in it."""
     clamp_angle: Annotated[Measured, Kind.ANGLE] = Measured(0)
-    """Inclination of the clamp, positive backward: '2 deg'."""
+    """Inclination of the clamp, positive: it leans back: '2 deg'."""
     clamp_compliance: Annotated[Measured, Kind.COMPLIANCE] = Measured(0)
     """Rotational compliance of the clamp: '0.05 rad/(N*m)'; a number without a unit is in
     L/(E*I0)."""
@@ -70,7 +70,7 @@ class Setup(Keyed):
     material: str | None = None
     """Material of the rod, such as music-wire, or a file (.toml)."""
     yield_strain: Positive | None = None
-    """Yield strain, without a modulus in units of d0/L."""
+    """Yield strain; if no modulus is given, in units of d0/L."""
     density: Annotated[Measured | None, Kind.DENSITY] = None
     """Density of the material: '7800 kg/m^3'."""
     assume: bool = True

@@ -60,7 +60,7 @@ class Surface:
             raise ArgumentError(
                 f"the {self.name} surface is known from x = {self.told(self.start)} to "
                 f"{self.told(self.stop)}, but the tip comes to "
-                f"x = {self.told(float(x[outside].ravel()[0]))}"
+                f"x = {self.told(float(x[outside].ravel()[0]))}: shorten the path"
             )
         mu0 = np.asarray(self.mu0(x), dtype=float)
         bad = ~(np.isfinite(mu0) & (mu0 > 0.0))

@@ -544,7 +544,7 @@ def _past_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float],
     if curve.mounting != IDEAL:
         then = "; in this mounting the motion beyond is not computed"
     elif np.isnan(trail):
-        then = " and trails behind the clamp as long as it was followed"
+        then = " and trails behind the clamp; its next slip was not found"
     return {
         End.SWINGS_ASIDE: f"the rod buckles laterally at x0 = {x0}{then}",
         End.SLIPS_BACK: f"it slips back at x0 = {x0}",

@@ -18,7 +18,7 @@ NO_MAXIMUM = (
     "closer to 1"
 )
 NOT_IN_PLANE = (
-    "the rod leaves its plane with alpha = 0 already; try section: planar, a smaller eta, or a "
+    "the rod leaves its plane already at alpha = 0; try section: planar, a smaller eta, or a "
     "curvature that is less towards the surface"
 )
 

@@ -183,7 +183,7 @@ class StickingCurve:
             raise ArgumentError(f"the curve does not lock: {self.message}")
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         if np.any(~(mu0 > self.mu_lock)):
-            raise ArgumentError(f"past the lock mu0 is larger than {self.mu_lock:.6g}, got {mu0!r}")
+            raise ArgumentError(f"mu0 must exceed mu_lock = {self.mu_lock:.6g}, got {mu0!r}")
         return self._alone.motion_end(_first(mu0), mu0)
 
     def trailing_end(self, mu0: ArrayLike) -> StickingState:

@@ -54,12 +54,12 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     ),
     "friction": FigureKind("clamp displacement x0,max over mu0", "grid", ("theta", "eta", "dx0")),
     "locking": FigureKind("critical friction mu_lock over theta, a series for each eta", "grid"),
-    "regimes": FigureKind("slip, lying and locking over theta and mu0, for each eta", "grid"),
+    "regimes": FigureKind("slip, line contact and lock over theta and mu0, for each eta", "grid"),
     "law": FigureKind(
         "onset x0_slip and its law near mu_lock, a series for each theta", "grid", ("eta", "dx0")
     ),
     "past_lock": FigureKind(
-        "sticking over mu0, past mu_lock, a series for each theta", "grid", ("eta", "dx0")
+        "end of sticking over mu0, past mu_lock, a series for each theta", "grid", ("eta", "dx0")
     ),
     "mounting": FigureKind(
         "onset x0_slip, mu_lock and loads on the clamp over the mounting", "grid", _RUN, "over"
@@ -68,7 +68,7 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
         "change of mu_lock and x0_slip by a mounting in per cent", "grid", ("mu0", "dx0"), "over"
     ),
     "versus": FigureKind(
-        "difference of mu_lock from the least taper's", "grid", ("mu0", "dx0"), "over"
+        "difference of mu_lock from that of the least taper", "grid", ("mu0", "dx0"), "over"
     ),
     "scan": FigureKind("shapes of scans, step by step, a panel for each theta", "scan", _RUN),
     "period": FigureKind("shapes in the first period, a panel for each theta", "scan", _RUN),
@@ -190,7 +190,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         if kind.required and not getattr(self, kind.required):
             mistakes.add(f"missing {kind.required!r}")
         if len([source for source in sources if getattr(self, source)]) != 1:
-            mistakes.add(f"missing {' or '.join(map(repr, sources))}: one is needed")
+            mistakes.add(f"needs {' or '.join(map(repr, sources))}: exactly one")
         mistakes.refuse()
         return self
 
@@ -209,7 +209,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
             self.caption_of(sections)
         except (LookupError, ValueError, AttributeError) as error:
             allowed = ", ".join(f"{{{axis}}}" for axis in sections[self.names[0]].axes)
-            text = f"a placeholder is wrong ({error}); allowed: {allowed}; a brace itself is {{{{"
+            text = f"a placeholder is wrong ({error}); allowed: {allowed}; for a brace write {{{{"
             mistakes.add(text, "caption")
         return mistakes
 

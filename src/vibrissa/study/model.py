@@ -123,7 +123,7 @@ class Study(Section):
     max_points: Count = Field(
         default=MAX_POINTS,
         description="largest number of points that the study may have, a whole number from 1; it "
-        "stops a typing error before any work",
+        "catches a typing error before any work",
     )
     grids: dict[Name, GridSection] = Field(
         min_length=1,
@@ -177,13 +177,13 @@ class Study(Section):
         """Find too many points, and what shooting does not solve."""
         points = sum(number_of_points(grid.axes) for grid in self.grids.values())
         if points > self.max_points:
-            most = f"{points:,} points are not allowed; allowed: max_points, {self.max_points:,}"
+            most = f"{points:,} points are not allowed; max_points allows {self.max_points:,}"
             mistakes.add(most, "grids")
         if self.method is Solver.SHOOTING:
             axes = [grid.axes for grid in (*self.grids.values(), *self.scans.values())]
             is_ideal = all(one[axis] == (0.0,) for one in axes for axis in MOUNTING_AXES)
             if self.contact is Contact.LINE or not is_ideal:
-                needs = "shooting needs contact: point and a mounting as in the paper"
+                needs = "shooting needs contact: point and the ideal mounting"
                 mistakes.add(f"{needs}; allowed here: collocation", "method")
 
     @property

@@ -12,7 +12,7 @@ def study_schema() -> dict[str, Any]:
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **Study.model_json_schema(),
-        "patternProperties": {"^x-": {"description": "anything; holds what anchors name"}},
+        "patternProperties": {"^x-": {"description": "anything, such as YAML anchors"}},
         "title": "Study file",
     }
 

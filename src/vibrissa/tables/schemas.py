@@ -28,8 +28,8 @@ NO_RESULT = "no result"
 NO_SLIP = "the tip is self-locking, or no result"
 NO_END = "the tip slips forward, its path was not followed to the end, or no result"
 NO_TRAIL = (
-    "the rod does not buckle laterally, or not in the ideal mounting; its path in retraction was "
-    "not followed so far (about μ0 = 3); or no result"
+    "the rod does not buckle laterally, or its mounting is not ideal; μ0 above about 3, to which "
+    "the path in retraction is followed; or no result"
 )
 # Where a margin is not known although the state is.
 UNKNOWN_MARGINS = {

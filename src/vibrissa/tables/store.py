@@ -58,7 +58,7 @@ def reading(path: str | Path) -> Iterator[None]:
     except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
         # Only an error of the system has a number: the file may be as it should be.
         if getattr(error, "errno", None):
-            raise TableError(f"{path} cannot be read ({error}); see why, and run again") from None
+            raise TableError(f"{path} cannot be read ({error}); mend that and run again") from None
         reason = " ".join(str(error).split())
         raise DamagedTableError(path, f"cannot be read ({reason})") from None
 
@@ -124,4 +124,4 @@ def need_study(path: str | Path, study_part: str) -> None:
     if found != study_part:
         others = [line for line in found.splitlines() if line not in study_part.splitlines()]
         has = f"'{others[0].strip()}'" if others else "less"
-        raise DamagedTableError(path, f"does not answer this study file (it has {has})")
+        raise DamagedTableError(path, f"belongs to another study file (it has {has})")

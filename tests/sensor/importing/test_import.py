@@ -251,8 +251,8 @@ def test_mistakes_are_named_together(columns, settings, messages):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"tare": "2 mm, 0 mm"}, "tare: 0 readings of force_x are too few"),
-        ({"tare": "28 mm, 99 m"}, "tare: 2 readings of force_x are too few"),
+        ({"tare": "2 mm, 0 mm"}, "tare: fewer than 3 readings of force_x"),
+        ({"tare": "28 mm, 99 m"}, "tare: fewer than 3 readings of force_x"),
         ({"moment_origin": "1 mm, 0 mm"}, "there is no column moment_z"),
         ({"begin": "4 m"}, "no row is left between --from and --to"),
         ({"tare": "0 s, 2 s"}, "there is no column time: .* or --rate '50 Hz'"),

@@ -63,11 +63,11 @@ def test_bytes_are_no_text():
     [
         (
             ["1,234", "2,345", "12,250", "9"],
-            r"line 2: '1,234' may have decimals or thousands, .*add --decimal",
+            r"line 2: the sign in '1,234' may separate decimals or thousands: add --decimal",
         ),
         (
             ["9", "2.345", "12.250", "9"],
-            r"line 3: '2.345' may have decimals or thousands, and no number",
+            r"line 3: the sign in '2.345' may separate decimals or thousands",
         ),
         (["1,5", "2.5", "3,5", "4"], "line 3: force_x must be a finite number.*, got '2.5'"),
         (["1,5", "2.5", "3,5", "4.5"], "line 2: force_x .*, got '1,5'\n.*line 4: force_x"),
@@ -85,7 +85,7 @@ def test_ambiguous_and_wrong_numbers_are_refused(cells, message):
 def test_the_decimal_sign_may_be_told_or_another_number_decides():
     lines = [f"{i};{1 + i % 998},234;7" for i in range(3000)]
     text = "Weg;Fx;Fz\n" + "\n".join(lines)
-    with pytest.raises(RecordingError, match="no number of the file decides"):
+    with pytest.raises(RecordingError, match="may separate decimals or thousands"):
         read(text)
     assert read(text, decimal=",")[:2, 1] == pytest.approx([1.234, 2.234])
     with pytest.raises(RecordingError, match=r"line 2: force_x .* got '1,234'"):
@@ -107,7 +107,7 @@ def test_a_leading_zero_is_before_decimals():
         (lambda lines: ["Weg;Fx", *lines[1:]], "the columns are: #1, #2, #3$"),
         (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "the columns are: #1, #2, #3$"),
         (lambda lines: lines[1:], "no column Weg"),
-        (lambda lines: lines[:2], "no table of 2 columns and 3 rows"),
+        (lambda lines: lines[:2], "no table was found; needed: at least 2 columns and 3 rows"),
         (lambda lines: ["Weg;Fx;Fx", *lines[1:]], "several columns are called Fx"),
         (
             lambda lines: [line.replace(";", ",") for line in lines],

@@ -78,7 +78,7 @@ class Settings(Keyed):
 
     column: dict[str, str] = Field(default_factory=dict)
     """Column of the file for a channel, with its unit if the file has none: 'force_x=Fz [mN]',
-    'force_y=-Fy' with the other sign, 'time=#1' for the first one. Repeat it. Columns named time,
+    'force_y=-Fy' with the other sign, 'time=#1' by number. Repeat it. Columns named time,
     footpoint, force_x, force_y and moment_z are found."""
     turn: Annotated[float, Kind.ANGLE] = 0.0
     """Angle by which the file's axes are turned from x to y: '90 deg'."""
@@ -90,7 +90,7 @@ class Settings(Keyed):
     speed: Annotated[Positive | None, Kind.SPEED] = None
     """Speed of the stage, if its position is missing: '0.1 mm/s'."""
     rate: Annotated[Positive | None, Kind.RATE] = None
-    """Samples in a second, if the time is missing: '50 Hz'."""
+    """Samples per second, if the time is missing: '50 Hz'."""
     from_: At | None = Field(None, alias="from")
     """First sample to take, by time or clamp position: '2 s'. With --speed, when the stage begins
     to move."""
@@ -248,7 +248,7 @@ def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileCol
             found[target] = one
         elif target in settings.needed:
             errors.append(
-                f"there is no column {source}: say which one is {target}, as in --column "
+                f"there is no column {source}: say which column is {target}, as in --column "
                 f"'{target}=title [{KINDS[target].si}]'{INSTEAD.get(target, '')}"
             )
     if not {*found, *settings.column} & set(CHANNELS):
@@ -271,7 +271,7 @@ def _values(found: dict[str, FileColumn], layout: Layout, name: str, rate: float
         return {"time": np.arange(len(layout.cells)) / rate, **values}
     late = ~(np.diff(values.get("time", np.empty(0))) > 0.0)
     if late.any():
-        why = "time does not increase; --rate replaces it"
+        why = "time does not increase; correct it, or replace it by --rate"
         lines = layout.cells.index[1:][late]
         raise RecordingError(listed(f"{name}, line {line}: {why}" for line in lines))
     return values
@@ -336,7 +336,7 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
             readings = values[name][rows]
             readings = readings[~np.isnan(readings)]
             if len(readings) < FEWEST_READINGS:
-                raise RecordingError(f"tare: {len(readings)} readings of {name} are too few")
+                raise RecordingError(f"tare: fewer than {FEWEST_READINGS} readings of {name}")
             blocks = BLOCKS if len(readings) >= FEWEST_IN_BLOCKS else len(readings)
             means = np.array([part.mean() for part in np.array_split(readings, blocks)])
             error = means.std(ddof=1) / np.sqrt(blocks)

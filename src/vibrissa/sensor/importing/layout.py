@@ -104,7 +104,7 @@ class Layout:
         found = [number for number, title in enumerate(self.titles) if title == source]
         found = found or [number for number, each in enumerate(names) if name.casefold() in each]
         if len(found) > 1:
-            raise ArgumentError(f"several columns are called {name}: give its number, as in #1")
+            raise ArgumentError(f"several columns are called {name}: give a number, as in #1")
         if not found:
             return None
         title = self.titles[found[0]]
@@ -168,8 +168,8 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
     first, share = tried[separator]
     if not share:
         raise RecordingError(
-            f"{name}: no table of {FEWEST_COLUMNS} columns and {FEWEST_ROWS} rows of numbers at "
-            "least was found"
+            f"{name}: no table was found; needed: at least {FEWEST_COLUMNS} columns and "
+            f"{FEWEST_ROWS} rows of numbers"
         )
     lines, sign = _separated(lines, separator)
     above, under = lines.loc[: first - 1], lines.loc[first:]
@@ -247,8 +247,8 @@ def _decimal(cells: "DataFrame", name: str) -> str:
     if groups.any() and not any(proofs.values()):
         (line, _), cell = next(iter(text[groups].items()))
         raise RecordingError(
-            f"{name}, line {line}: {cell!r} may have decimals or thousands, and no number of the "
-            "file decides: add --decimal '.' or --decimal ','"
+            f"{name}, line {line}: the sign in {cell!r} may separate decimals or thousands: add "
+            "--decimal '.' or --decimal ','"
         )
     return max(proofs, key=lambda sign: proofs[sign])
 

@@ -256,7 +256,7 @@ def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
     if low < LOWEST or high > HIGHEST:
         raise ArgumentError(
             f"the stage takes the rod to heights from {least} to {most}, but they must lie between "
-            f"{lowest} and {highest}: shorten its path"
+            f"{lowest} and {highest}: shorten the path"
         )
     responses([whisker])
     down, up = np.arange(whisker.eta, low, -WIDEST), np.arange(whisker.eta, high, WIDEST)
@@ -274,8 +274,8 @@ def _parts(whisker: Whisker, low: float, high: float) -> list[Heights]:
         if middle - low < NARROWEST:
             least, most = (whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high))
             raise NoResponseError(
-                f"the stage takes the rod to heights from {least} to {most}, where its response "
-                f"is not known: {error}; a shorter path avoids them"
+                f"the stage takes the rod to heights from {least} to {most}, where the response "
+                f"is not known: {error}; shorten the path"
             ) from None
     return [*_parts(whisker, low, middle), *_parts(whisker, middle, high)]
 
@@ -297,7 +297,7 @@ def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
     if len({(len(one.bounds), one.lock, one.curve.end) for one in solved}) > 1:
         raise NoResponseError("the kind of contact or the end of the curve changes")
     if not _agrees(HeightRange(parts=(found,)).states(between), unseen, EXACT):
-        raise NoResponseError("it is not resolved")
+        raise NoResponseError("the interpolation is not exact")
     return found
 
 

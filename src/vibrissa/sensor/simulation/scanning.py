@@ -207,8 +207,8 @@ def simulate(
     retracts = law is SlipLaw.ENERGY or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
     if retracts and start.x0_pull == 0.0:
         raise ArgumentError(
-            "a path that goes backward, one away from the surface and the law energy need the "
-            "retraction of the rod, which is not in its response"
+            "a path that goes backward or away from the surface, and the law energy, need the "
+            "retraction of the rod, which could not be solved; choose another path or law"
         )
     outcome, message = Outcome.COMPLETE, ""
     contact = start.contact(float(stage.along(at)), 0.0, 1)

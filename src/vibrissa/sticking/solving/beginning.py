@@ -29,13 +29,13 @@ NO_INITIAL_STATE = (
     "no first-mode state with alpha = 0 found; try a larger eta or a theta closer to 1"
 )
 SPRINGS = (
-    "no state with alpha = 0 is bent towards +x: followed from the ideal mounting, it ends at "
-    "{share:.1%} of this one, where the rod springs to the other side; try a smaller eta or a "
-    "smaller clamp_angle or curvature"
+    "no state with alpha = 0 is bent towards +x: at {share:.1%} of the way from the ideal mounting "
+    "to this one the rod springs to the other side; try a smaller eta or a smaller clamp_angle or "
+    "curvature"
 )
 LEAVES = (
-    "the rod does not press on the surface: followed from the ideal mounting, its tip leaves the "
-    "surface before {share:.1%} of this one; try a smaller eta"
+    "the rod does not press on the surface: its tip leaves the surface before {share:.1%} of the "
+    "way from the ideal mounting to this one; try a smaller eta"
 )
 LOST = (
     "the state with alpha = 0 was lost at {share:.1%} of the way from the ideal mounting to this "

@@ -28,7 +28,7 @@ FOLD_MARGIN = 1e-3
 # Parts of a step at which the displacement is compared with the wanted one.
 PARTS = np.linspace(0.0, 1.0, 65)
 NOT_FOLLOWED = (
-    "no state at this x1 was found on the branch that begins at alpha = 0; it may end before"
+    "no state at this x1 was found on the branch from alpha = 0; the branch may end before this x1"
 )
 AT_FOLD = (
     "the branch turns back here: at its limit point no state can be resolved; try an x1 that is "
