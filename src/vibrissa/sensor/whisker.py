@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
@@ -109,6 +110,14 @@ class Whisker:
 
         return responses([self])[0]
 
+    def height(self, clamp: ArrayLike) -> FloatArray:
+        """Height of the surface above the clamp at positions of its stage (L)."""
+        return np.asarray(self.eta - np.asarray(clamp) * np.sin(self.mounting.stage_angle))
+
+    def level(self, eta: float) -> "Whisker":
+        """Take the same rod at another height, on a stage along the surface."""
+        return replace(self, eta=eta, mounting=replace(self.mounting, stage_angle=0.0))
+
     def stage(self, positions: FloatArray) -> "Stage":
         """Solve the response at all heights that the stage passes.
 
@@ -127,7 +136,6 @@ class Whisker:
         angle = self.mounting.stage_angle
         if angle == 0.0:
             return Stage(rod=self.response, eta=self.eta)
-        reached = self.eta - np.append(positions, 0.0) * np.sin(angle)
-        level = replace(self, mounting=replace(self.mounting, stage_angle=0.0))
-        heights = respond_over(level, float(reached.min()), float(reached.max()))
+        reached = self.height(np.append(positions, 0.0))
+        heights = respond_over(self.level(self.eta), float(reached.min()), float(reached.max()))
         return Stage(rod=heights, eta=self.eta, angle=angle)

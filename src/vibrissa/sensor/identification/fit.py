@@ -15,9 +15,10 @@ from scipy.special import chdtrc
 
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.identification.forward import Forward, SetUp
+from vibrissa.sensor.identification.forward import SetUp, set_ups
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.response.heights import HIGHEST, LOWEST
+from vibrissa.sensor.whisker import Whisker
 
 # Gauss-Newton steps to the contacts of the periods, at first and beside some that are known.
 FIRST_STEPS, STEPS = 8, 3
@@ -71,14 +72,9 @@ class Fit:
     settled: bool = True
 
     @property
-    def forward(self) -> Forward:
-        """The forward model."""
-        return self.set_up.forward
-
-    @property
     def task(self) -> Task:
         """Recording, noise and tolerances."""
-        return self.forward.task
+        return self.set_up.task
 
     @property
     def p(self) -> FloatArray:
@@ -87,7 +83,7 @@ class Fit:
 
     def _weighted(self, values: FloatArray, slope: FloatArray) -> FloatArray:
         """Values of shape (..., n, 3) in standard deviations, shape (..., n, c)."""
-        used, count, position = self.task.used, self.forward.blocks.count, self.task.position
+        used, count, position = self.task.used, self.task.blocks.count, self.task.position
         noise = self.task.noise[used]
         scaled = values[..., used] / noise * np.sqrt(count)[:, None]
         if not position:
@@ -113,26 +109,26 @@ class Fit:
     def residuals(self) -> FloatArray:
         """Residuals in standard deviations, shape (n, c)."""
         loads = self.set_up.loads(*self.set_up.states(self.u))
-        miss = self.forward.blocks.readings - self.set_up.readings(loads)
+        miss = self.task.blocks.readings - self.set_up.readings(loads)
         return self._weighted(miss, self._slope)
 
     @cached_property
     def known(self) -> FloatArray:
         """Inverse variance of each u for a known set-up, shape (p,)."""
-        return np.maximum(self.forward.blocks.sums((self.slope**2).sum(axis=1)), TINY)
+        return np.maximum(self.task.blocks.sums((self.slope**2).sum(axis=1)), TINY)
 
     def contacts(self, steps: int) -> "Fit":
         """Find the best u for this set-up."""
         fit = self
         for _ in range(steps):
-            step = fit.forward.blocks.sums((fit.residuals * fit.slope).sum(axis=1)) / fit.known
+            step = fit.task.blocks.sums((fit.residuals * fit.slope).sum(axis=1)) / fit.known
             fit = replace(fit, u=fit.u + step)
         return fit
 
     @cached_property
     def by_setup(self) -> Changes:
         """What changes per unit of each parameter."""
-        blocks, slope = self.forward.blocks, self.slope
+        blocks, slope = self.task.blocks, self.slope
         readings, friction = self.set_up.changes(self.u)
         found = self._weighted(readings, self._slope)
         moves = -np.stack([blocks.sums((one * slope).sum(axis=1)) for one in found], axis=1)
@@ -144,12 +140,12 @@ class Fit:
     @cached_property
     def rows(self) -> BoolArray:
         """Blocks of the periods that are kept, shape (n,)."""
-        return self.kept[self.forward.blocks.period]
+        return self.kept[self.task.blocks.period]
 
     @cached_property
     def sigma(self) -> FloatArray:
         """Tolerances, shape (k,)."""
-        return np.array([one.deviation for one in self.forward.parameters])
+        return np.array([one.deviation for one in self.task.parameters])
 
     @cached_property
     def free(self) -> BoolArray:
@@ -198,12 +194,12 @@ class Fit:
     @cached_property
     def squares(self) -> FloatArray:
         """Sum of the squared residuals of each period, shape (p,)."""
-        return self.forward.blocks.sums((self.residuals**2).sum(axis=1))
+        return self.task.blocks.sums((self.residuals**2).sum(axis=1))
 
     @cached_property
     def heights_of_tips(self) -> tuple[FloatArray, FloatArray]:
         """How far each tip is below the plane of the surface, and the variance of that (L)."""
-        blocks, change = self.forward.blocks, self.by_setup.readings[self.forward.number["eta"]]
+        blocks, change = self.task.blocks, self.by_setup.readings[self.task.number["eta"]]
         known = np.maximum(blocks.sums((change**2).sum(axis=1)), 1.0)
         return blocks.sums((change * self.residuals).sum(axis=1)) / known, 1.0 / known
 
@@ -223,7 +219,7 @@ class Fit:
         kept = np.flatnonzero(self.kept)
         some = kept[:: -(-len(kept) // MOST_HEIGHTS)]
         height, variance = (one[some] for one in self.heights_of_tips)
-        allowed = self.task.slope.heights(self.forward.ends.clamp[some]) + np.diag(variance)
+        allowed = self.task.slope.heights(self.task.ends.clamp[some]) + np.diag(variance)
         return float(height @ np.linalg.solve(allowed, height)), len(some)
 
     @property
@@ -235,19 +231,19 @@ class Fit:
     @cached_property
     def fits_alone(self) -> BoolArray:
         """Which periods fit one contact by themselves, shape (p,)."""
-        blocks = np.bincount(self.forward.blocks.period)
+        blocks = np.bincount(self.task.blocks.period)
         free = 2 if self.task.slope.deviation else 1
         chance = chdtrc(np.maximum(len(self.task.used) * blocks - free, 1), self.misfits)
         return np.asarray(chance >= UNLIKELY)
 
 
-def started(forward: Forward, nearest: FloatArray) -> Fit:
+def started(task: Task, given: Whisker, nearest: FloatArray) -> Fit:
     """Start of the fit: the given set-up, and the x0 of the states nearest to the blocks."""
-    (set_up,) = forward.at(np.zeros(len(forward.parameters)))
-    periods = len(forward.ends)
+    (set_up,) = set_ups(task, given, np.zeros(len(task.parameters)))
+    periods = len(task.spans)
     # With u = 0 each block has the displacement that it has less than the last sample.
     _, before = set_up.states(np.zeros(periods))
-    apart = np.split(nearest - before, forward.blocks.starts[1:])
+    apart = np.split(nearest - before, task.blocks.starts[1:])
     u = np.array([np.median(of_one) for of_one in apart])
     return Fit(set_up=set_up, u=u, kept=np.ones(periods, dtype=bool)).contacts(FIRST_STEPS)
 
@@ -279,10 +275,7 @@ def _better(fit: Fit) -> Fit | None:
 
     `scipy.optimize.least_squares` zigzags along the bounds: a clamp does not yield less than 0.
     """
-    sigma = fit.sigma[fit.free]
-    low, high = (
-        np.array([_range(fit.forward, k) for k in np.flatnonzero(fit.free).tolist()]).T / sigma
-    )
+    low, high = _bounds(fit)
     try:
         root = np.linalg.cholesky(fit.normal).T
         slope = fit.jacobian @ fit.residuals[fit.rows].ravel() + fit.scores
@@ -292,9 +285,9 @@ def _better(fit: Fit) -> Fit | None:
         return None
     for part in 0.5 ** np.arange(HALVINGS):
         p = fit.p.copy()
-        p[fit.free] = sigma * np.clip(fit.scores + part * step, low, high)
+        p[fit.free] = fit.sigma[fit.free] * np.clip(fit.scores + part * step, low, high)
         try:
-            (set_up,) = fit.forward.at(p)
+            (set_up,) = set_ups(fit.task, fit.set_up.given, p)
             other = replace(fit, set_up=set_up).contacts(STEPS)
             if other.total <= fit.total * (1.0 + SETTLED):
                 return other
@@ -303,11 +296,11 @@ def _better(fit: Fit) -> Fit | None:
     return None
 
 
-def _range(forward: Forward, k: int) -> tuple[float, float]:
-    """Least and largest size that a parameter can take."""
-    whisker = forward.whisker
-    return {
-        "theta": (1.0 - whisker.theta, np.inf),
-        "eta": (LOWEST - whisker.eta, HIGHEST - whisker.eta),
-        "clamp_compliance": (-whisker.mounting.clamp_compliance, np.inf),
-    }.get(forward.parameters[k].name, (-np.inf, np.inf))
+def _bounds(fit: Fit) -> FloatArray:
+    """Least and largest scores, shape (2, f)."""
+    given, number = fit.set_up.given, fit.task.number
+    low, high = np.full(len(fit.p), -np.inf), np.full(len(fit.p), np.inf)
+    low[number["theta"]] = 1.0 - given.theta
+    low[number["eta"]], high[number["eta"]] = LOWEST - given.eta, HIGHEST - given.eta
+    low[number["clamp_compliance"]] = -given.mounting.clamp_compliance
+    return np.asarray(np.stack([low, high])[:, fit.free] / fit.sigma[fit.free])

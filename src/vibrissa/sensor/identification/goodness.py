@@ -100,7 +100,7 @@ class Goodness:
     def of(cls, fit: Fit) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
         heights, number = fit.unevenness
-        differences = len(fit.task.slipped.recording) * len(fit.task.used)
+        differences = len(fit.task.recording) * len(fit.task.used)
         return cls(
             chi2=fit.misfit - heights,
             degrees=fit.degrees - number,
@@ -160,7 +160,7 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
     if settled:
         shared = fit.jacobian @ changes.reshape(len(changes), -1).T
         known -= (shared * (fit.remaining @ shared)).sum(axis=0)
-    told = (known > TINY) & [one.of not in NOT_NAMED for one in fit.forward.parameters]
+    told = (known > TINY) & [one.of not in NOT_NAMED for one in fit.task.parameters]
     size = np.where(told, along / np.maximum(known, TINY), 0.0)
     deviation = np.divide(
         1.0, np.sqrt(np.maximum(known, TINY)), out=np.zeros_like(known), where=told
@@ -180,7 +180,7 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
     likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -explained[k])
     return tuple(
         Cause(
-            parameter=fit.forward.parameters[k],
+            parameter=fit.task.parameters[k],
             size=float(size[k]),
             deviation=float(np.sqrt(off) * deviation[k]),
             explained=float(explained[k]),

@@ -114,13 +114,14 @@ def identify(
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, method, sensor)
     check_size(len(recording), recording.notes)
-    # Without a size of the rod a recording in SI units has nothing to do with it.
-    rod = whisker if whisker is not None and whisker.units == units else None
-    task = replace(
-        task_of(recording, rod, units, sensor, noise, tolerances or {}, assume),
+    recording = replace(
+        recording,
         slip_rows=in_samples(recording, slip_time, "slip_time"),
         delay=in_samples(recording, delay, "delay"),
     )
+    # Without a size of the rod a recording in SI units has nothing to do with it.
+    rod = whisker if whisker is not None and whisker.units == units else None
+    task = task_of(recording, rod, units, sensor, noise, tolerances or {}, assume)
     found = _read(task) if rod is None else _read_both(task, rod, method)
     # Both readings share the slope of the surface.
     return replace(found, periods=found.periods.on_slope(found.slope))

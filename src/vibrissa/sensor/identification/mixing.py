@@ -17,15 +17,14 @@ from vibrissa.sensor.transducer import CHANNELS
 
 # Points of the branch.
 TABLE = 4001
-# So many samples tell whether a mix-up explains the readings, and so many on which side the tip
-# begins.
-SAMPLED, BEGINNING = 300, 20
+# So many samples tell whether a mix-up explains the readings.
+SAMPLED = 300
 # Squared residual, in standard deviations, from which on a sample is not a state of the rod.
 MISFIT = 36.0
 # Squared residuals that are smaller by this factor are much smaller: by 15, what they are of.
 MUCH = 225.0
-# Signs of the channels in the mirror image of a rod, and a unit taken for another, as mN for N.
-MIRROR, THOUSAND = np.diag([-1.0, 1.0, -1.0]), 1e3
+# A unit taken for another, as mN for N.
+THOUSAND = 1e3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -71,11 +70,7 @@ def check_columns(nearest: NearestStates, recording: Recording) -> None:
     def misfits(mixed: FloatArray) -> FloatArray:
         return nearest(some @ mixed.T)[1]
 
-    ahead, behind = misfits(np.eye(3)), misfits(MIRROR)
-    if np.median(ahead[:BEGINNING]) <= np.median(behind[:BEGINNING]):
-        # The rod may swing aside later on.
-        ahead = np.minimum(ahead, behind)
-    given = float(np.median(ahead))
+    given = float(np.median(misfits(np.eye(3))))
     if given <= MISFIT:
         return
     mix_ups = dict(_mix_ups(nearest.used))

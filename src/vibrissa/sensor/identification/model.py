@@ -7,13 +7,13 @@ import numpy as np
 from vibrissa.errors import WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.fit import Fit, fitted, started
-from vibrissa.sensor.identification.forward import Forward
 from vibrissa.sensor.identification.goodness import Goodness, causes_of, estimates_of
 from vibrissa.sensor.identification.mixing import MISFIT, NearestStates
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus, periods_of
 from vibrissa.sensor.identification.result import Identification
+from vibrissa.sensor.identification.slips import check_falls
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation, summary_of
+from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
@@ -32,15 +32,9 @@ def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
     NoResponseError
         If the rod has no response.
     """
-    clamp, mounting = task.recording.clamp, whisker.mounting
-    middle = 0.5 * (clamp.min() + clamp.max())
-    level = replace(
-        whisker,
-        eta=float(whisker.eta - middle * np.sin(mounting.stage_angle)),
-        mounting=replace(mounting, stage_angle=0.0),
-    )
-    branch = level.response
-    return NearestStates(branch=branch, used=task.used, noise=task.noise)
+    clamp = task.recording.clamp
+    middle = float(whisker.height(0.5 * (clamp.min() + clamp.max())))
+    return NearestStates(branch=whisker.level(middle).response, used=task.used, noise=task.noise)
 
 
 def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identification:
@@ -53,12 +47,12 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
     NoResponseError
         If the rod has no response.
     """
-    forward = Forward(task=task, whisker=whisker)
-    start = started(forward, nearest(forward.blocks.readings)[0])
+    check_falls(task.recording, task.noise, task.position)
+    start = started(task, whisker, nearest(task.blocks.readings)[0])
     _check_states(start, nearest)
     fit = fitted(start)
     goodness = Goodness.of(fit)
-    free = [one for one in fit.forward.parameters if one.deviation > 0.0]
+    free = [one for one in task.parameters if one.deviation > 0.0]
     estimates = estimates_of(free, fit.p[fit.free], fit.covariance)
     doubted = not (goodness.fits and fit.settled) or any(one.far for one in estimates)
     periods = read_periods(fit)
@@ -88,13 +82,13 @@ def unfitted(found: Identification, settled: bool = True) -> Check:
 
 def _check_states(fit: Fit, nearest: NearestStates) -> None:
     """Refuse a recording most of whose samples are no states of the rod."""
-    blocks = fit.forward.blocks
+    blocks = fit.task.blocks
     squares = (fit.residuals**2).sum(axis=1) / blocks.count
     size = (nearest.weighted(blocks.readings) ** 2).sum(axis=1)
     off = squares > np.maximum(MISFIT, MOST_MISFIT**2 * size)
     part = float(blocks.count[off].sum() / blocks.count.sum())
     if part > MOST_OFF:
-        first = fit.task.slipped.recording.line[int(blocks.row[off][0])]
+        first = fit.task.recording.line[int(blocks.row[off][0])]
         raise WrongRodError(
             f"{part:.0%} of the samples are no state of this rod, first in line {first}: check "
             "rod, height, units, zeros, noise and the --moment-origin of vibrissa import"
@@ -103,12 +97,12 @@ def _check_states(fit: Fit, nearest: NearestStates) -> None:
 
 def _checks(fit: Fit, periods: Periods) -> list[Check]:
     """Check whether the readings fit the rod, and the slips go with the clamp."""
-    worst = fit.forward.blocks.sums(fit.residuals**2).argmax(axis=1)
+    worst = fit.task.blocks.sums(fit.residuals**2).argmax(axis=1)
     contact = fit.set_up.contact(fit.u)
     own = np.hypot(fit.known**-0.5, fit.task.position)
-    way = np.diff(contact) * fit.forward.ends.sign[:-1]
+    way = np.diff(contact) * fit.task.ends.sign[:-1]
     stays = way < CERTAIN * np.hypot(own[1:], own[:-1])
-    against = np.append(stays & ~fit.task.slipped.spans.passes[:-1], False)
+    against = np.append(stays & ~fit.task.spans.passes[:-1], False)
     against |= periods.status == PeriodStatus.BEYOND
     why = "does not fit a tip that stays where it is; after slow slips state --slip-time"
     return [
@@ -122,14 +116,14 @@ def _checks(fit: Fit, periods: Periods) -> list[Check]:
 
 def read_periods(fit: Fit) -> Periods:
     """Read the friction of the periods."""
-    slipped, forward = fit.task.slipped, fit.forward
+    sign = fit.task.ends.sign
     states, x0 = fit.set_up.onset(fit.u)
     slope = states.demand_slope(np.clip(x0, states.x0_pull, states.x0_lock))[:, 1]
-    slope *= forward.ends.sign
+    slope *= sign
     own = _own(fit)
     by_noise = np.abs(slope) * own
     effects = fit.by_setup.friction + slope[:, None] * fit.by_setup.u
-    by_height, left = _by_height(fit, effects[:, forward.number["eta"]])
+    by_height, left = _by_height(fit, effects[:, fit.task.number["eta"]])
     effects = effects[:, fit.free]
     common = common_deviation(effects, fit.covariance)
     along = fit.set_up.friction(fit.u)
@@ -139,27 +133,26 @@ def read_periods(fit: Fit) -> Periods:
     possible &= first - HALF_WIDTH * own < states.x0_lock[:, 1]
     possible &= along.max(axis=1) >= -HALF_WIDTH * by_noise
     along = np.where(possible[:, None], along + by_height[:, None], np.nan)
-    found = summary_of(along, np.hypot(np.hypot(by_noise, left), common))
+    periods = periods_of(fit.task, along, np.hypot(by_noise, left), common, effects)
     least, past = _least(fit, own)
     least += by_height - HALF_WIDTH * common
-    opened = slipped.spans.opened
+    opened = fit.task.spans.opened
     # Pulled back from past the lock a tip slips after all, but not pushed on.
-    locked = slipped.spans.swung | (past & (opened | (forward.ends.sign > 0.0)))
+    locked = fit.task.spans.swung | (past & (opened | (sign > 0.0)))
     # A tip that has stuck with more friction than that at which it slipped did not slip.
-    more = ~locked & ~opened & (least > found.high)
+    more = ~locked & ~opened & (least > periods.high)
     status = np.select(
-        [np.isnan(least) | more, locked, opened, np.isnan(found.mean)],
+        [np.isnan(least) | more, locked, opened, np.isnan(periods.mu0)],
         [PeriodStatus.BEYOND, PeriodStatus.LOCK, PeriodStatus.OPEN, PeriodStatus.BEYOND],
         PeriodStatus.SLIP,
     )
-    periods = periods_of(slipped, status, found, least, common, effects)
-    return replace(periods, contact=fit.set_up.contact(fit.u))
+    return replace(periods.ended(status, least), contact=fit.set_up.contact(fit.u))
 
 
 def _own(fit: Fit) -> FloatArray:
     """Return the standard deviation of the last x0 of each period for a known set-up, (p,)."""
     # Behind a filter the beginning of a slip is hidden in noise, for up to its delay.
-    late = fit.task.delay * fit.forward.ends.speed / np.sqrt(12.0)
+    late = fit.task.recording.delay * fit.task.ends.speed / np.sqrt(12.0)
     return np.sqrt(1.0 / fit.known + fit.task.position**2 / 2.0 + late**2)
 
 
@@ -168,7 +161,7 @@ def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
     if not (fit.task.slope.deviation and fit.settled):
         return np.zeros(len(fit.u)), np.zeros(len(fit.u))
     height, variance = fit.heights_of_tips
-    allowed = fit.task.slope.rise(np.ptp(fit.forward.ends.clamp))
+    allowed = fit.task.slope.rise(np.ptp(fit.task.ends.clamp))
     part = allowed / (allowed + variance)
     return effect * part * height, np.abs(effect) * np.sqrt(part * variance)
 
@@ -178,7 +171,7 @@ def _least(fit: Fit, own: FloatArray) -> tuple[FloatArray, BoolArray]:
 
     NaN where a state is none of the rod.
     """
-    blocks = fit.forward.blocks
+    blocks = fit.task.blocks
     states, x0 = fit.set_up.states(fit.u)
     wide = HALF_WIDTH * own[blocks.period]
     none = (x0 - wide > states.x0_end) | (x0 + wide < states.x0_pull)

@@ -1,7 +1,6 @@
 """Periods of sticking with their friction, and reasons to doubt it: the result of both methods."""
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -10,13 +9,16 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.slips import LOST, Slipped, Spans, usual_step
+from vibrissa.sensor.identification.slips import LOST, Spans, smooth, usual_step
 from vibrissa.sensor.identification.slope import Slope
-from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, Summary
+from vibrissa.sensor.identification.task import Task
+from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, half_width, step_deviation
 from vibrissa.wording import counted
 
 # Fewer samples than these do not confirm each other.
 FEW = 4
+# Weights of the mean over a step, by its beginning, middle and end.
+SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
 # Lines of so many periods are named in a note.
 NAMED = 3
 
@@ -131,7 +133,18 @@ class Periods(Batch):
     @property
     def notes(self) -> tuple[str, ...]:
         """Omitted rows and doubts, each with its reason."""
-        return (*self.left_out, *notes_of(self.checks, self.first_line, self.last_line))
+        said = [one for one in self.checks if one.periods.any() and not one.summed]
+        return (*self.left_out, *(f"{one.grade}: {one.sentence}{self._where(one)}" for one in said))
+
+    def _where(self, check: Check) -> str:
+        """Lines of the first periods that a check concerns; empty if it concerns all."""
+        if check.periods.all():
+            return ""
+        some = self.take(check.periods)
+        lines = zip(some.first_line[:NAMED], some.last_line[:NAMED], strict=True)
+        more = ", ..." if len(some) > NAMED else ""
+        shown = ", ".join(f"{first}-{last}" for first, last in lines)
+        return f": {len(some)} of {len(self)} periods, line {shown}{more}"
 
     def __repr__(self) -> str:
         """Numbers of periods by status."""
@@ -156,6 +169,22 @@ class Periods(Batch):
         """Add reasons to doubt."""
         return replace(self, checks=(*self.checks, *checks))
 
+    def ended(self, status: StrArray, least: FloatArray) -> "Periods":
+        """State how they ended: without a slip only the least friction is known."""
+        slips = status == PeriodStatus.SLIP
+        bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))
+        return replace(
+            self,
+            status=status,
+            mu0=np.where(slips, self.mu0, np.nan),
+            deviation=np.where(slips, self.deviation, np.nan),
+            low=np.where(slips, self.low, bound),
+            high=np.where(slips, self.high, np.nan),
+            common=np.where(slips, self.common, 0.0),
+            by_step=np.where(slips, self.by_step, np.nan),
+            effects=np.where(slips[:, None], self.effects, 0.0),
+        )
+
     def on_slope(self, slope: Slope) -> "Periods":
         """Widen the error of friction by the local slope of the surface, which mimics friction."""
         if not slope.deviation > 0.0:
@@ -172,33 +201,37 @@ class Periods(Batch):
 
 
 def periods_of(
-    slipped: Slipped,
-    status: StrArray,
-    found: Summary,
-    least: FloatArray,
-    common: FloatArray,
-    effects: FloatArray,
+    task: Task, along: FloatArray, own: FloatArray, common: FloatArray, effects: FloatArray
 ) -> Periods:
-    """Build periods with unknown contact points, and doubt those with few or lost samples."""
-    recording, spans = slipped.recording, slipped.spans
-    slips, none = status == PeriodStatus.SLIP, np.full(len(spans), np.nan)
-    bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))
+    """Build periods that all end with a slip, and doubt those with few or lost samples.
+
+    Parameters
+    ----------
+    along : ndarray, shape (p, 3)
+        Friction at the beginning, in the middle and at the end of the step in which the tip slips.
+    own, common : ndarray, shape (p,)
+        Standard deviations of its error, of each period and of what all share.
+    """
+    recording, spans = task.recording, task.spans
+    growth = np.abs(along[:, 2] - along[:, 0])
+    by_step, normal = step_deviation(growth, 1.0), np.hypot(own, common)
+    mu0, width = along @ SIMPSON, half_width(0.5 * growth, normal)
     return Periods(
-        status=status,
-        first=slipped.row[spans.begins],
-        last=slipped.row[spans.ends],
+        status=np.full(len(spans), PeriodStatus.SLIP),
+        first=task.row[spans.begins],
+        last=task.row[spans.ends],
         first_line=recording.line[spans.begins],
         last_line=recording.line[spans.ends],
-        contact=none,
+        contact=np.full(len(spans), np.nan),
         footpoint=recording.clamp[spans.ends],
-        mu0=np.where(slips, found.mean, np.nan),
-        deviation=np.where(slips, found.deviation, np.nan),
-        low=np.where(slips, found.low, bound),
-        high=np.where(slips, found.high, np.nan),
-        common=np.where(slips, common, 0.0),
-        by_step=np.where(slips, found.by_step, np.nan),
-        effects=np.where(slips[:, None], effects, 0.0),
-        checks=tuple(_checks_of(slipped.clamp, spans)),
+        mu0=mu0,
+        deviation=np.hypot(by_step, normal),
+        low=np.maximum(mu0 - width, 0.0),
+        high=mu0 + width,
+        common=common,
+        by_step=by_step,
+        effects=effects,
+        checks=tuple(_checks_of(smooth(recording.clamp, task.position), spans)),
         left_out=recording.notes,
     )
 
@@ -225,20 +258,3 @@ def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
         Check(Grade.WRONG, few & (not coarse), spike),
         Check(Grade.DOUBTFUL, before & (not coarse), "too few samples after it"),
     ]
-
-
-def notes_of(checks: Sequence[Check], first: IntArray, last: IntArray) -> tuple[str, ...]:
-    """One line for each doubt, with the lines of the first periods that it concerns."""
-    notes = []
-    for one in checks:
-        if one.summed or not one.periods.any():
-            continue
-        text = f"{one.grade}: {one.sentence}"
-        if not one.periods.all():
-            lines = zip(first[one.periods], last[one.periods], strict=True)
-            shown = [f"{begin}-{end}" for begin, end in lines]
-            more = ", ..." if shown[NAMED:] else ""
-            text += f": {len(shown)} of {len(one.periods)} periods, line "
-            text += ", ".join(shown[:NAMED]) + more
-        notes.append(text)
-    return tuple(notes)

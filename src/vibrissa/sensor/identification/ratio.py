@@ -17,20 +17,17 @@ from scipy.special import chdtrc
 
 from vibrissa.errors import MixedColumnsError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, StrArray
-from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.goodness import estimates_of
 from vibrissa.sensor.identification.parameters import BEARING, Parameter
 from vibrissa.sensor.identification.periods import Check, Grade, PeriodStatus, periods_of
-from vibrissa.sensor.identification.recording import FORCES, MOMENT
+from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.slips import Ends, Slipped
+from vibrissa.sensor.identification.slips import Ends, check_falls
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import (
     HALF_WIDTH,
     common_deviation,
-    ratio_deviation,
-    summary_of,
     variance_between,
 )
 
@@ -62,8 +59,8 @@ MOST_LOCK = 0.5
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ForceFits(Batch):
-    """Polynomials of one degree, fitted to the forces at the end of p periods.
+class Onsets:
+    """Polynomials of one degree, fitted to the forces at the end of p periods, and their ratio.
 
     Attributes
     ----------
@@ -72,21 +69,26 @@ class ForceFits(Batch):
         the last sample, for fx and fy; NaN where a period has too few samples.
     covariance : ndarray, shape (p, degree + 1, degree + 1)
         Of the coefficients, for a reading of variance 1.
+    noise : ndarray, shape (2,)
+        Of the forces.
     step : ndarray, shape (p, 3)
         Beginning, middle and end of the step to the slip, in windows from the last sample; later
         by what the readings lag.
-    length : ndarray, shape (p,)
-        Of the windows.
     chance : ndarray, shape (p,)
         Probability of such residuals, or larger ones, if the forces are such polynomials.
+    change, between, shared : float
+        Mean change by the next degree, its variance from period to period, and the standard
+        deviation of the mean.
     """
 
     coefficients: FloatArray
     covariance: FloatArray
-    noise: tuple[float, float]
+    noise: FloatArray
     step: FloatArray
-    length: FloatArray
     chance: FloatArray
+    change: float = 0.0
+    between: float = 0.0
+    shared: float = UNREAD
 
     def ratio(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Ratio of the forces and its standard deviation at places, each of shape (p, k)."""
@@ -95,31 +97,21 @@ class ForceFits(Batch):
         spread = np.sqrt(((basis @ self.covariance) * basis).sum(axis=-1))
         # A recording that is not of this rod may lead a straight line through fy = 0.
         with np.errstate(divide="ignore", invalid="ignore"):
-            return fx / fy, spread * ratio_deviation(fx, fy, *self.noise)
+            return fx / fy, spread * deviation_of(fx / fy, fy, self.noise)
 
     @cached_property
-    def along(self) -> tuple[FloatArray, FloatArray]:
-        """Ratio and its deviation over the step to the slip, shape (p, 3)."""
+    def _read(self) -> tuple[FloatArray, FloatArray]:
         return self.ratio(self.step)
 
+    @property
+    def along(self) -> FloatArray:
+        """Friction at the beginning, in the middle and at the end of the step, shape (p, 3)."""
+        return self._read[0] + self.change
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Onsets:
-    """Ratio of the forces at the onset of slip, of p periods.
-
-    Attributes
-    ----------
-    along : ndarray, shape (p, 3)
-        Friction at the beginning, in the middle and at the end of the step.
-    own : ndarray, shape (p,)
-        Standard deviation of its error by noise, and by what a degree that is too low changes from
-        period to period.
-    """
-
-    fits: ForceFits
-    along: FloatArray
-    own: FloatArray
-    shared: float
+    @property
+    def own(self) -> FloatArray:
+        """Standard deviation by noise and by a degree that is too low, of each period, (p,)."""
+        return np.asarray(np.hypot(self._read[1][:, 1], np.sqrt(self.between)))
 
     @property
     def error(self) -> float:
@@ -129,14 +121,19 @@ class Onsets:
         return float((own**2).mean() + self.shared**2)
 
 
-def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray, FloatArray]:
+def deviation_of(ratio: FloatArray, fy: FloatArray, noise: FloatArray) -> FloatArray:
+    """Propagate the noise of one sample, of fx and fy, to the ratio of the forces."""
+    return np.asarray(np.hypot(noise[0], ratio * noise[1]) / np.abs(fy))
+
+
+def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
     """Take the last samples of each period, within the usual way of the clamp.
 
     Returns
     -------
-    place : ndarray, shape (n,)
-        Clamp position from the last sample, in lengths of the window: −1 to 0, above 0 where the
-        clamp had been further and turned.
+    window : Blocks
+        Both forces, as if the clamp moved forward. The clamp positions count from the last sample
+        in lengths of the window: −1 to 0, above 0 where the clamp had been further and turned.
     length : ndarray, shape (p,)
         Of the window, negative where the clamp moves backward; 0 where it does not move.
     """
@@ -148,85 +145,77 @@ def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray, FloatArra
     near = np.abs(way) <= np.abs(length)[blocks.period] * (1.0 + ROUNDING)
     # The last one is there even of a clamp that turned.
     near[np.append(blocks.starts[1:], len(blocks)) - 1] = True
-    blocks, way = blocks.take(near), way[near]
-    size = length[blocks.period]
-    return blocks, np.divide(way, size, out=np.zeros_like(way), where=size != 0.0), length
+    window, size = blocks.take(near), np.where(length == 0.0, 1.0, length)
+    forward = np.column_stack([ends.sign, np.ones(len(ends))])
+    return replace(
+        window,
+        clamp=way[near] / size[window.period],
+        readings=window.readings[:, FORCES] * forward[window.period],
+    ), length
 
 
-def fitted_forces(
-    window: tuple[Blocks, FloatArray, FloatArray],
-    noise: FloatArray,
-    ends: Ends,
-    lag: FloatArray,
-    degree: int,
-) -> ForceFits:
+def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: int) -> Onsets:
     """Fit polynomials to the forces in windows, by least squares."""
-    blocks, place, length = window
-    root = np.sqrt(blocks.count)[:, None]
-    basis = legvander(1.0 + 2.0 * place, degree) * root
-    values = blocks.readings[:, :2] * root
-    information = blocks.sums(basis[:, :, None] * basis[:, None, :])
+    root = np.sqrt(window.count)[:, None]
+    basis = legvander(1.0 + 2.0 * window.clamp, degree) * root
+    values = window.readings * root
+    information = window.sums(basis[:, :, None] * basis[:, None, :])
     # Positions that are different, but next to each other beside one that is far off, do not do.
     sizes = np.linalg.eigvalsh(information)
-    enough = (sizes[:, 0] > LEAST_TOLD * sizes[:, -1]) & (length != 0.0)
-    enough &= np.abs(ends.gap) < MOST_BEYOND * np.abs(length)
+    enough = (sizes[:, 0] > LEAST_TOLD * sizes[:, -1]) & np.isfinite(step[:, 1])
     information[~enough] = np.eye(degree + 1)
     covariance = np.asarray(np.linalg.inv(information), dtype=float)
-    coefficients = covariance @ blocks.sums(basis[:, :, None] * values[:, None, :])
-    miss = (values - (basis[:, :, None] * coefficients[blocks.period]).sum(axis=1)) / noise
-    squares = blocks.sums((miss**2).sum(axis=1))
-    degrees = 2 * (np.bincount(blocks.period) - degree - 1)
+    coefficients = covariance @ window.sums(basis[:, :, None] * values[:, None, :])
+    miss = (values - (basis[:, :, None] * coefficients[window.period]).sum(axis=1)) / noise
+    squares = window.sums((miss**2).sum(axis=1))
+    degrees = 2 * (np.bincount(window.period) - degree - 1)
+    chance = chdtrc(np.maximum(degrees, 1), squares)
     coefficients[~enough] = np.nan
-    chance = np.where(degrees > 0, chdtrc(np.maximum(degrees, 1), squares), 1.0)
-    size = np.where(enough, length, np.nan)
-    return ForceFits(
+    return Onsets(
         coefficients=coefficients,
         covariance=covariance,
-        noise=(float(noise[0]), float(noise[1])),
-        step=(lag[:, None] + ends.gap[:, None] * STEP) / size[:, None],
-        length=size,
-        chance=np.where(enough, chance, 1.0),
+        noise=noise,
+        step=step,
+        chance=np.where(enough & (degrees > 0), chance, 1.0),
     )
 
 
-def read_onsets(
-    blocks: Blocks, noise: FloatArray, ends: Ends, lag: FloatArray, position: float
-) -> Onsets:
-    """Read the ratio of the forces at the onset of slip that ends each period."""
-    window = in_window(blocks, ends)
-    # Noise of the positions is one of the forces, too: by how they grow with the clamp.
-    straight = fitted_forces(window, noise, ends, lag, 1)
-    growth = np.abs(2.0 * straight.coefficients[:, 1] / straight.length[:, None])
+def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
+    """Read the ratio of the forces at the onset of slip that ends each period, and its own error.
+
+    Of all degrees, each corrected by the next one, the one with the least error counts.
+    """
+    ends, position = task.ends, task.position
+    gap = np.where(task.spans.cut, 0.0, ends.gap)
+    window, length = in_window(task.blocks, ends)
+    length = np.where(np.abs(gap) < MOST_BEYOND * np.abs(length), length, np.nan)
+    step = (task.recording.delay * ends.speed + gap * STEP[:, None]).T / length[:, None]
+    noise = task.noise[FORCES]
     if position:
-        noise = np.hypot(noise, np.nan_to_num(np.nanmedian(growth, axis=0)) * position)
-    fits = [fitted_forces(window, noise, ends, lag, n) for n in range(1, MOST_DEGREE + 2)]
-    candidates = [_corrected(low, high, ends.sign) for low, high in pairwise(fits)]
-    best = min(candidates, key=lambda one: one.error)
+        # Noise of the positions is one of the forces, too: by how they grow with the clamp.
+        straight = fitted_forces(window, noise, step, 1).coefficients[:, 1]
+        growth = np.nanmedian(np.abs(2.0 * straight / length[:, None]), axis=0)
+        noise = np.hypot(noise, np.nan_to_num(growth) * position)
+    fits = [fitted_forces(window, noise, step, n) for n in range(1, MOST_DEGREE + 2)]
+    best = min((_corrected(low, high) for low, high in pairwise(fits)), key=lambda one: one.error)
     # The middle of the step to the slip lies between two positions.
-    way = np.where(ends.gap != 0.0, ends.gap, np.inf)
-    by_position = (
-        np.abs(best.along[:, 2] - best.along[:, 0]) / np.abs(way) * position / np.sqrt(2.0)
-    )
-    return replace(best, own=np.hypot(best.own, by_position))
+    way = np.where(gap != 0.0, np.abs(gap), np.inf)
+    by_position = np.abs(best.along[:, 2] - best.along[:, 0]) / way * position / np.sqrt(2.0)
+    return best, np.hypot(best.own, by_position)
 
 
-def _corrected(low: ForceFits, high: ForceFits, sign: FloatArray) -> Onsets:
-    """Correct one degree by the mean change of the next."""
-    (along, spread), (higher, wider) = low.along, high.along
-    # In the middle of the step.
-    change, own = sign * (higher - along)[:, 1], spread[:, 1]
-    variance = wider[:, 1] ** 2 - own**2
+def _corrected(low: Onsets, high: Onsets) -> Onsets:
+    """Correct one degree by the mean change of the next, in the middle of the step."""
+    change, variance = (high.along - low.along)[:, 1], high.own**2 - low.own**2
     told = (variance > 0.0) & (high.chance > UNLIKELY)
-    along = sign[:, None] * along
-    shared = UNREAD
-    if told.any():
-        change, variance = change[told], variance[told]
-        between, _ = variance_between(change, variance)
-        weight = 1.0 / (variance + between)
-        mean = float((weight * change).sum() / weight.sum())
-        along, own = along + mean, np.hypot(own, np.sqrt(between))
-        shared = float(np.hypot(weight.sum() ** -0.5, REST * mean))
-    return Onsets(fits=low, along=along, own=own, shared=shared)
+    if not told.any():
+        return low
+    change, variance = change[told], variance[told]
+    between, _ = variance_between(change, variance)
+    weight = 1.0 / (variance + between)
+    mean = float((weight * change).sum() / weight.sum())
+    shared = float(np.hypot(weight.sum() ** -0.5, REST * mean))
+    return replace(low, change=mean, between=between, shared=shared)
 
 
 def read_ratio(task: Task) -> Identification:
@@ -239,27 +228,24 @@ def read_ratio(task: Task) -> Identification:
     """
     if not task.both_forces:
         raise RecordingError("the method ratio needs the noise of both forces, above 0")
-    slipped = task.slipped
-    recording, spans, ends = slipped.recording, slipped.spans, slipped.ends
-    forces, noise = recording.readings[:, FORCES], task.noise[FORCES]
+    forces, noise = task.recording.readings[:, FORCES], task.noise[FORCES]
+    check_falls(task.recording, task.noise, task.position)
     check_forces(forces, noise)
-    ends = replace(ends, gap=np.where(spans.cut, 0.0, ends.gap))
-    onsets = read_onsets(task.blocks, noise, ends, task.delay * ends.speed, slipped.position)
+    onsets, own = read_onsets(task)
     parameters = [one for one in task.parameters if one.of in BEARING and one.deviation > 0.0]
     # How the forces curve is an error of all periods, too.
-    effects = _effects(slipped, onsets, parameters, task.full_scale[MOMENT])
-    effects = np.column_stack([effects, np.ones(len(spans))])
+    effects = _effects(task, onsets.along[:, 1], parameters)
+    effects = np.column_stack([effects, np.ones(len(effects))])
     covariance = np.diag([*(one.deviation**2 for one in parameters), onsets.shared**2])
     common = common_deviation(effects, covariance)
-    found = summary_of(onsets.along, np.hypot(onsets.own, common))
-    status, least = _statuses(onsets, slipped, noise)
+    periods = periods_of(task, onsets.along, own, common, effects)
+    status, least = _statuses(onsets, task)
     _check_axes(forces, status)
-    periods = periods_of(slipped, status, found, least - HALF_WIDTH * common, common, effects)
     hidden = "the forces do not follow a smooth curve: a slip may be hidden"
     against = "the tip cannot slip in this direction"
     return Identification(
-        periods=periods.doubted(
-            Check(Grade.WRONG, onsets.fits.chance <= UNLIKELY, hidden),
+        periods=periods.ended(status, least - HALF_WIDTH * common).doubted(
+            Check(Grade.WRONG, onsets.chance <= UNLIKELY, hidden),
             Check(Grade.WRONG, status == PeriodStatus.BEYOND, against),
         ),
         units=task.units,
@@ -270,22 +256,17 @@ def read_ratio(task: Task) -> Identification:
     )
 
 
-def _effects(
-    slipped: Slipped, onsets: Onsets, parameters: Sequence[Parameter], moment: float
-) -> FloatArray:
+def _effects(task: Task, mu0: FloatArray, parameters: Sequence[Parameter]) -> FloatArray:
     """Change of the friction per unit of each parameter, shape (p, k): −(δfx − (fx/fy)·δfy)/fy."""
-    ends, recording = slipped.spans.ends, slipped.recording
-    loads = recording.readings[ends].copy()
+    ends, last, sign = task.spans.ends, task.last, task.ends.sign
     # A moment that was not recorded is taken as that of full scale, of which crosstalk is a part.
-    whole = np.nan_to_num(moment, nan=1.0)
-    loads[:, MOMENT] = np.nan_to_num(loads[:, MOMENT], nan=whole)
-    sign, last = slipped.ends.sign, slipped.last
-    ratio = sign * onsets.along[:, 1]
+    loads = task.recording.readings[ends]
+    loads = np.where(np.isnan(loads), np.nan_to_num(task.full_scale, nan=1.0), loads)
     found = np.zeros((len(ends), len(parameters)))
     for column, one in zip(found.T, parameters, strict=True):
         if one.effect is not None:
             fx, fy, _ = one.effect(loads, ends[:, None] / last, last).T
-            column[:] = -sign * (fx - ratio * fy) / loads[:, 1]
+            column[:] = -(sign * fx - mu0 * fy) / loads[:, 1]
     return np.nan_to_num(found)
 
 
@@ -317,18 +298,17 @@ def _check_axes(forces: FloatArray, status: StrArray) -> None:
         )
 
 
-def _statuses(onsets: Onsets, slipped: Slipped, noise: FloatArray) -> tuple[StrArray, FloatArray]:
+def _statuses(onsets: Onsets, task: Task) -> tuple[StrArray, FloatArray]:
     """Status of each period, and the least friction with which its tip stuck."""
-    spans, sign = slipped.spans, slipped.ends.sign
-    ratio, deviation = onsets.fits.ratio(np.tile(PLACES, (len(spans), 1)))
-    ratio = sign[:, None] * ratio
+    spans, noise = task.spans, task.noise[FORCES]
+    ratio, deviation = onsets.ratio(PLACES)
     # Where too few samples make a curve, the last one alone tells.
-    fx, fy = slipped.recording.readings[spans.ends][:, FORCES].T
+    fx, fy = task.recording.readings[spans.ends][:, FORCES].T
     presses = fy < -PRESSES * noise[1]
-    alone = sign * fx / np.where(presses, fy, np.nan)
-    error = np.hypot(noise[0], alone * noise[1]) / np.abs(fy)
+    alone = task.ends.sign * fx / np.where(presses, fy, np.nan)
+    error = deviation_of(alone, fy, noise)
     fallen = (ratio - ratio[:, -1:]) > CERTAIN * np.hypot(deviation, deviation[:, -1:])
-    locked = fallen.any(axis=1) | slipped.spans.swung
+    locked = fallen.any(axis=1) | spans.swung
     curve = ratio - HALF_WIDTH * deviation
     least = np.fmax(alone - HALF_WIDTH * error, curve[:, -1])
     peak = np.max(np.nan_to_num(curve, nan=-np.inf), axis=1)

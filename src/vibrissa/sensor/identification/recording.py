@@ -76,6 +76,8 @@ class Recording(Batch):
         after it; empty without such rows.
     air_rows : int
         Number of these rows.
+    slip_rows, delay : float
+        How long a slip lasts at least, and by how much the readings lag, in samples.
     """
 
     clamp: FloatArray
@@ -86,6 +88,8 @@ class Recording(Batch):
     zeros: Mapping[str, str] = field(default_factory=dict)
     air: tuple[float, ...] = ()
     air_rows: int = 0
+    slip_rows: float = 0.0
+    delay: float = 0.0
 
     def noted(self, *notes: str) -> Self:
         """Add notes."""
@@ -119,7 +123,7 @@ def read_recording(
     needed = ["footpoint", *asked]
     others = [name for name in CHANNELS if name not in needed]
     table = _table(source, needed, ["time", *others])
-    _check_time(table)
+    interval = _interval(table)
     clamp = _nondimensional(table, "footpoint", Kind.LENGTH, units)
     readings = np.full((len(clamp), len(CHANNELS)), np.nan)
     for channel, kind, column in zip(CHANNELS, CHANNEL_KINDS, readings.T, strict=True):
@@ -133,16 +137,16 @@ def read_recording(
     missing = np.isnan(clamp) | np.isnan(readings[:, used]).any(axis=1)
     at_limit = saturated[:, used].any(axis=1) & ~missing
     recording = Recording(
-        clamp=clamp, readings=readings, line=table.line, notes=notes, zeros=_zeros(table)
+        clamp=clamp,
+        readings=readings,
+        line=table.line,
+        notes=notes,
+        interval=interval,
+        zeros=_zeros(table),
     )
     recording = recording.naming(missing, "a value is missing")
     recording = recording.naming(at_limit, "the transducer is saturated")
-    complete = ~(missing | at_limit)
-    recording = recording.take(complete)
-    if "time" in table.columns:
-        time = table.columns["time"][complete] * _time_unit(table)
-        if len(time) > 1:
-            recording = replace(recording, interval=float(np.median(np.diff(time))))
+    recording = recording.take(~(missing | at_limit))
     return _scanned(recording, used)
 
 
@@ -209,12 +213,6 @@ def _zeros(table: series.Table) -> dict[str, str]:
     return found
 
 
-def _time_unit(table: series.Table) -> float:
-    """Give the unit of the column time in seconds; NaN where there is none."""
-    unit = table.units.get("time")
-    return np.nan if unit is None else Kind.TIME.read(f"1 {unit}", f"{table.source}: time")
-
-
 def units_of(source: "Path | DataFrame") -> Units:
     """Units of a recording without a rod: its own, or SI units."""
     units = _table(source, ["footpoint"]).units
@@ -234,13 +232,19 @@ def _table(
         raise OtherTableError(f"{error}. {IMPORT}") from None
 
 
-def _check_time(table: series.Table) -> None:
-    late = ~(np.diff(table.columns.get("time", np.empty(0))) > 0.0)
+def _interval(table: series.Table) -> float:
+    """Give the usual time from row to row (s); NaN where it is not known."""
+    steps = np.diff(table.columns.get("time", np.empty(0)))
+    late = ~(steps > 0.0)
     if late.any():
         raise RecordingError(
             f"{table.place(int(np.argmax(late)) + 1)}: time does not increase; sort the table, or "
             "leave the column out"
         )
+    if "time" not in table.units or not len(steps):
+        return np.nan
+    unit = Kind.TIME.read(f"1 {table.units['time']}", f"{table.source}: time")
+    return float(np.median(steps)) * unit
 
 
 def _nondimensional(table: series.Table, name: str, kind: Kind, units: Units) -> FloatArray:

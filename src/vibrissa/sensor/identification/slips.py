@@ -5,7 +5,6 @@ from peak to trough by more than noise is a slip; samples between them are of ne
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -155,9 +154,16 @@ def spans_of(clamp: FloatArray, load: FloatArray) -> Spans:
 
 
 def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
-    """First and last rows of the periods between slips."""
+    """First and last rows of the periods between falls of the load by more than `FALL`."""
+    load = -np.cumsum(np.append(0.0, falls))
+    # A fall may begin in the first row, before which the load was less.
+    peaks = find_peaks(np.append(-np.inf, load), prominence=FALL)[0] - 1
     begins, ends = [0], []
-    for peak, trough in _falls(falls):
+    for peak, rest in zip(peaks.tolist(), np.split(load, peaks)[1:], strict=True):
+        # Of peaks of the same height that are next to each other the last one counts.
+        if rest[0] - rest.min() <= FALL:
+            continue
+        trough = peak + int(rest.argmin())
         large = np.flatnonzero(falls[peak:trough] > STEP_FALL)
         # Noise moves a peak by some samples, but not the large fall between two of them.
         ends.append(peak + int(large[0]) if len(large) else peak)
@@ -191,13 +197,16 @@ def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray)
     return found.take(several) if several.any() else found
 
 
-def check_falls(clamp: FloatArray, load: FloatArray) -> None:
+def check_falls(recording: Recording, noise: FloatArray, position: float) -> None:
     """Refuse a recording whose slips are sudden rises of the load.
 
     Raises
     ------
     RecordingError
     """
+    readings = recording.readings / noise
+    load = readings[:, 0] if np.isfinite(noise[FORCES]).all() else -readings[:, MOMENT]
+    clamp = smooth(recording.clamp, position)
     falls = np.diff(load) * direction(clamp)
     usual = np.abs(np.diff(clamp)) <= LOST * usual_step(clamp)
     # Of coarse samples each shows a rise.
@@ -215,11 +224,6 @@ def usual_step(clamp: FloatArray) -> float:
     """Usual clamp motion from one sample to the next; infinite if it never moves."""
     steps = np.abs(np.diff(clamp))
     return float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
-
-
-def usual_rise(clamp: FloatArray, load: FloatArray) -> float:
-    """Usual rise of a load from one sample to the next, against the motion."""
-    return -float(np.median(np.diff(load) * direction(clamp)))
 
 
 def speed_of(clamp: FloatArray) -> FloatArray:
@@ -275,96 +279,73 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
     return recording, replace(spans, after=after, swung=swung)
 
 
-def _falls(falls: FloatArray) -> list[tuple[int, int]]:
-    """Peak and trough of each fall of the load by more than `FALL`, as rows."""
-    load = -np.cumsum(np.append(0.0, falls))
-    # A fall may begin in the first row, before which the load was less.
-    peaks = find_peaks(np.append(-np.inf, load), prominence=FALL)[0] - 1
-    rests = zip(peaks.tolist(), np.split(load, peaks)[1:], strict=True)
-    # Of peaks of the same height that are next to each other the last one counts.
-    return [(row, row + int(rest.argmin())) for row, rest in rests if rest[0] - rest.min() > FALL]
+def ends_of(recording: Recording, spans: Spans, position: float) -> Ends:
+    """Find out how periods end; the positions have this noise."""
+    clamp = recording.clamp
+    last, unseen = clamp[spans.ends], spans.cut | spans.passes
+    gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)
+    step = np.minimum(spans.ends - unseen, len(clamp) - 2)
+    even = smooth(clamp, position)
+    sign = direction(even)[np.maximum(step, 0)]
+    if position:
+        usual = sign * usual_step(even)
+        same = (np.abs(gap - usual) < ANOTHER * position) & ~unseen
+        last = np.where(same, last + 0.5 * (gap - usual), last)
+        gap = np.where(same, usual, gap)
+    return Ends(clamp=last, gap=gap, speed=speed_of(clamp)[spans.ends], sign=sign)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Slipped:
-    """A recording and its periods of sticking, found once for every reading.
+def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Spans, IntArray, float]:
+    """Find the slips of a recording.
 
-    Attributes
-    ----------
+    Returns
+    -------
     recording : Recording
         Without lone spikes, up to where the rod buckles laterally.
-    position : float
-        Standard deviation of one clamp position (L).
+    spans : Spans
     row : ndarray of int
         Number of each row in the given recording.
+    position : float
+        Standard deviation of one clamp position (L).
     """
-
-    recording: Recording
-    spans: Spans
-    position: float
-    row: IntArray
-
-    @cached_property
-    def clamp(self) -> FloatArray:
-        """Clamp positions without their noise."""
-        return smooth(self.recording.clamp, self.position)
-
-    @property
-    def last(self) -> int:
-        """Number of the last row; 1 of a recording of one."""
-        return max(len(self.recording) - 1, 1)
-
-    @cached_property
-    def ends(self) -> Ends:
-        """How the periods end."""
-        clamp, spans = self.recording.clamp, self.spans
-        last, unseen = clamp[spans.ends], spans.cut | spans.passes
-        gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)
-        step = np.minimum(spans.ends - unseen, len(clamp) - 2)
-        sign = direction(self.clamp)[np.maximum(step, 0)]
-        if self.position:
-            usual = sign * usual_step(self.clamp)
-            same = (np.abs(gap - usual) < ANOTHER * self.position) & ~unseen
-            last = np.where(same, last + 0.5 * (gap - usual), last)
-            gap = np.where(same, usual, gap)
-        return Ends(clamp=last, gap=gap, speed=speed_of(clamp)[spans.ends], sign=sign)
-
-
-def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slipped:
-    """Find the slips of a recording."""
-    readings = recording.readings / noise
     position = position_noise(recording.clamp)
-    clamp = smooth(recording.clamp, position)
+    spiky = spikes(smooth(recording.clamp, position), recording.readings / noise)
+    row = np.flatnonzero(~spiky)
+    clamp = smooth(recording.clamp, position)[row]
+    recording = recording.naming(spiky, "a lone spike").take(row)
+    spans = spans_of(clamp, load_of(recording, clamp, noise))
+    why = "periods too small for the noise of the readings (record the moment, or less noise)"
+    recording, spans = before_swing(recording.naming(spans.between, why), spans)
+    lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
+    late = max(int(np.ceil(recording.slip_rows)), lasts)
+    if late > 1 or recording.slip_rows:
+        # Of a slip that takes a while the first sample may not show it, nor the last one.
+        recording, spans = _settled(recording, spans, int(lasts > 1), late)
+    return recording, spans, row, position
+
+
+def load_of(recording: Recording, clamp: FloatArray, noise: FloatArray) -> FloatArray:
+    """Load by force_x and the moment, in standard deviations of one reading."""
+    readings = recording.readings / noise
     both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])
     # The moment tells the load with the other sign, and mostly with less noise.
     loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
-    check_falls(clamp, loads[0])
     # Each counts by how much it rises beside its noise.
-    rises = np.maximum([usual_rise(clamp, one) for one in loads], TINY)
-    load = np.asarray(rises @ loads / np.linalg.norm(rises))
-    spiky = spikes(clamp, readings)
-    row = np.flatnonzero(~spiky)
-    recording = recording.naming(spiky, "a lone spike").take(row)
-    spans = spans_of(clamp[row], load[row])
-    why = "periods too small for the noise of the readings (record the moment, or less noise)"
-    recording, spans = before_swing(recording.naming(spans.between, why), spans)
-    found = Slipped(recording=recording, spans=spans, position=position, row=row)
-    lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
-    late = int(np.ceil(slip_rows))
-    # Of a slip that takes a while the first sample may not show it, nor the last one.
-    return _settled(found, int(lasts > 1), max(late, lasts)) if late or lasts > 1 else found
+    way = direction(clamp)
+    rises = np.maximum([-np.median(np.diff(one) * way) for one in loads], TINY)
+    return np.asarray(rises @ loads / np.linalg.norm(rises))
 
 
-def _settled(found: Slipped, early: int, late: int) -> Slipped:
+def _settled(recording: Recording, spans: Spans, early: int, late: int) -> tuple[Recording, Spans]:
     """Leave out samples before and after each slip; a note names them."""
-    spans, recording = found.spans, found.recording
     begins = np.maximum(spans.begins, np.append(0, spans.after[:-1] + late))
     # A filter lags behind the first steps, too.
     begins[0] = spans.begins[0] + (late if late > LONG else 0)
     ends = spans.ends - early
     ends[-1] = spans.ends[-1]
     settled = replace(spans, begins=begins, ends=ends).take(ends > begins)
+    if not len(settled):
+        raise RecordingError("slip_time leaves no samples of any period: give a shorter one")
     off = np.arange(len(recording)) >= spans.begins[0]
     off[settled.rows[0]] = False
-    recording = recording.naming(off, "the readings have not settled after a slip")
-    return replace(found, recording=recording, spans=settled)
+    return recording.naming(off, "the readings have not settled after a slip"), settled

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError, RecordingError
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.sensor.identification.blocks import Blocks, condensed
 from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
-from vibrissa.sensor.identification.slips import Slipped, slipped
+from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips, speed_of
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
@@ -33,37 +33,43 @@ class Task:
 
     Attributes
     ----------
+    recording : Recording
+        Without lone spikes, up to where the rod buckles laterally.
+    spans : Spans
+        Its periods of sticking.
+    row : ndarray of int
+        Number of each row in the given recording.
+    position : float
+        Standard deviation of one clamp position (L).
     noise : ndarray, shape (3,)
         Standard deviation of one reading; NaN of a channel that is not used.
     full_scale : ndarray, shape (3,)
         Of the channels: the transducer's, or the largest readings; NaN of none.
-    sizes : mapping of str to float
-        Tolerances, in units of the rod, rad, or relative.
-    slip_rows, delay : float
-        How long a slip lasts at least, and by how much the readings lag, in samples.
+    parameters : tuple of Parameter
+        Deviations from the given set-up.
+    slope : Slope
+        Tolerance of the local slope of the surface.
     """
 
     recording: Recording
+    spans: Spans
+    row: IntArray
+    position: float
     noise: FloatArray
     noise_is_given: bool
     full_scale: FloatArray
-    sizes: Mapping[str, float]
-    stated: frozenset[str]
+    parameters: tuple[Parameter, ...]
+    slope: Slope
     units: Units
-    slip_rows: float = 0.0
-    delay: float = 0.0
 
     @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters: deviations from the given set-up."""
-        return parameters_of(self.sizes, self.stated, self.full_scale)
+    def number(self) -> dict[str, int]:
+        """Number of each parameter, by its name."""
+        return {one.name: k for k, one in enumerate(self.parameters)}
 
-    @property
-    def slope(self) -> Slope:
-        """Tolerance of the local slope of the surface."""
-        units = self.units
-        length = SLOPE_LENGTH / units.unit(Kind.LENGTH) if units.si else OWN_SLOPE_LENGTH
-        return Slope(deviation=self.sizes.get(SLOPE, 0.0), length=length)
+    def sizes_of(self, p: FloatArray) -> dict[str, float]:
+        """Sizes of the parameters, by their names."""
+        return dict(zip(self.number, p.tolist(), strict=True))
 
     @property
     def used(self) -> list[int]:
@@ -78,37 +84,34 @@ class Task:
     @property
     def untared(self) -> bool:
         """Whether the zeros of the forces are unknown."""
-        assumed = [name for name in ZEROS[:2] if self.sizes.get(name) and name not in self.stated]
-        return bool(assumed) and not self.recording.air_rows
+        zeros = [one for one in self.parameters if one.of in ZEROS[:2] and one.deviation > 0.0]
+        return not (self.recording.air_rows or all(one.stated for one in zeros))
 
-    def tared(self) -> "Task":
-        """Take the mean of the rows in air as zero, unless the zero is stated."""
-        recording, sizes = self.recording, dict(self.sizes)
-        own = [i for i in self.used if sizes.get(ZEROS[i]) and ZEROS[i] not in self.stated]
-        if not (own and recording.air_rows):
-            return self
-        zeros = np.zeros(len(CHANNELS))
-        for i in own:
-            zeros[i] = recording.air[i]
-            sizes[ZEROS[i]] = float(self.noise[i] / np.sqrt(recording.air_rows))
-        recording = replace(recording, readings=recording.readings - zeros)
-        recording = recording.noted("the means of the rows without load are the zeros")
-        return replace(self, recording=recording, sizes=sizes)
+    @property
+    def last(self) -> int:
+        """Number of the last row; 1 of a recording of one."""
+        return max(len(self.recording) - 1, 1)
 
     @cached_property
-    def slipped(self) -> Slipped:
-        """The recording with its slips."""
-        return slipped(self.recording, self.noise, self.slip_rows)
+    def ends(self) -> Ends:
+        """How the periods end."""
+        return ends_of(self.recording, self.spans, self.position)
 
     @cached_property
     def blocks(self) -> Blocks:
         """The recording condensed."""
-        return condensed(self.slipped.recording, self.slipped.spans)
+        return condensed(self.recording, self.spans)
+
+    @cached_property
+    def shown(self) -> FloatArray:
+        """Positions of the clamp that the readings of the blocks show, shape (n,)."""
+        speed = speed_of(self.recording.clamp)
+        return self.blocks.clamp - self.recording.delay * speed[self.blocks.row.astype(int)]
 
     @property
-    def position(self) -> float:
-        """Standard deviation of one clamp position (L)."""
-        return self.slipped.position
+    def rows(self) -> tuple[FloatArray, int]:
+        """Part of the recording before each block, shape (n, 1), and the number of the last row."""
+        return self.blocks.row[:, None] / self.last, self.last
 
 
 def task_of(
@@ -132,24 +135,45 @@ def task_of(
     given = _noise(noise, transducer, units)
     known = _measurable(noise_of(recording.readings) if given is None else given, recording)
     assumed = assumed_tolerances(units, known) if assume else {}
-    of_whisker: Mapping[str, float] = {}
+    of_whisker = {} if whisker is None else whisker.tolerances
     read = read_tolerances(units, tolerances, whisker)
     if whisker is not None:
-        known, of_whisker = np.maximum(known, LEAST_FITTED), whisker.tolerances
+        known = np.maximum(known, LEAST_FITTED)
     elif needless := [name for name in tolerances if name not in (*BEARING, SLOPE)]:
         read = {name: size for name, size in read.items() if name not in needless}
         recording = recording.noted(f"the ratio of the forces does not use: {', '.join(needless)}")
     stated = {**read_tolerances(units, recording.zeros, whisker), **of_whisker, **read}
-    task = Task(
+    full_scale = _full_scale(recording, transducer, units)
+    length = SLOPE_LENGTH / units.unit(Kind.LENGTH) if units.si else OWN_SLOPE_LENGTH
+    recording, sizes = _tared(recording, known, {**assumed, **stated}, stated)
+    recording, spans, row, position = find_slips(recording, known)
+    return Task(
         recording=recording,
+        spans=spans,
+        row=row,
+        position=position,
         noise=known,
         noise_is_given=given is not None,
-        full_scale=_full_scale(recording, transducer, units),
-        sizes={**assumed, **stated},
-        stated=frozenset(stated),
+        full_scale=full_scale,
+        parameters=parameters_of(sizes, frozenset(stated), full_scale),
+        slope=Slope(deviation=sizes.get(SLOPE, 0.0), length=length),
         units=units,
     )
-    return task.tared()
+
+
+def _tared(
+    recording: Recording, noise: FloatArray, sizes: dict[str, float], stated: Mapping[str, float]
+) -> tuple[Recording, dict[str, float]]:
+    """Take the mean of the rows in air as zero, unless the zero is stated."""
+    used = np.flatnonzero(np.isfinite(noise)).tolist()
+    own = [i for i in used if sizes.get(ZEROS[i]) and ZEROS[i] not in stated]
+    if not (own and recording.air_rows):
+        return recording, sizes
+    zeros, deviation = np.zeros(len(CHANNELS)), noise / np.sqrt(recording.air_rows)
+    zeros[own] = np.array(recording.air)[own]
+    recording = replace(recording, readings=recording.readings - zeros)
+    recording = recording.noted("the means of the rows without load are the zeros")
+    return recording, sizes | {ZEROS[i]: float(deviation[i]) for i in own}
 
 
 def _noise(
@@ -167,19 +191,17 @@ def _noise(
         values = units.read_channels(noise, "noise")
     else:
         values = np.asarray(noise, dtype=float)
-    if values.shape != (len(CHANNELS),):
-        raise ArgumentError(f"noise needs three values, got {noise!r}")
-    if not ((values >= 0.0).all() and values.any()):
+    if values.shape != (len(CHANNELS),) or not ((values >= 0.0).all() and values.any()):
         raise ArgumentError(f"noise must be three values, none negative, not all 0, got {noise!r}")
     return values
 
 
 def _full_scale(recording: Recording, transducer: Transducer | None, units: Units) -> FloatArray:
-    there = np.isfinite(recording.readings).all(axis=0)
+    """Largest readings of a transducer, or in a recording; NaN of a channel without."""
+    scale = np.abs(recording.readings).max(axis=0)
     if transducer is not None:
-        return np.where(there, np.array(transducer.limit) / units.channels, np.nan)
-    scale = np.abs(np.where(there, recording.readings, 1.0)).max(axis=0)
-    return np.where(there, np.where(scale > 0.0, scale, 1.0), np.nan)
+        return np.where(np.isnan(scale), np.nan, np.array(transducer.limit) / units.channels)
+    return np.where(scale == 0.0, 1.0, scale)
 
 
 def _measurable(noise: FloatArray, recording: Recording) -> FloatArray:

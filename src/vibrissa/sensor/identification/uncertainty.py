@@ -6,14 +6,10 @@ up to ±a, and a normal one with the deviation s. It is below h with the probabi
     F(h) = (s/2a)·[G((h + a)/s) − G((h − a)/s)],   G(z) = z·Φ(z) + φ(z).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.batch import Batch
 
 # Part of a distribution that its interval holds, and half the width of that of a normal one.
 COVERAGE = 0.95
@@ -22,35 +18,6 @@ HALF_WIDTH = float(ndtri(0.5 * (1.0 + COVERAGE)))
 BISECTIONS = 30
 # Part of a normal deviation from which on a uniform error counts.
 LITTLE = 1e-6
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Summary(Batch):
-    """Mean, standard deviation and central 95 % of μ0, and the part of the deviation by the step.
-
-    Each of shape (p,); NaN where there is none.
-    """
-
-    mean: FloatArray
-    deviation: FloatArray
-    low: FloatArray
-    high: FloatArray
-    by_step: FloatArray
-
-
-def summary_of(along: FloatArray, normal: FloatArray) -> Summary:
-    """Summarise frictions that are uniform within a step, with a normal error."""
-    mean = along @ np.array([1.0, 4.0, 1.0]) / 6.0
-    half = 0.5 * np.abs(along[:, 2] - along[:, 0])
-    by_step = step_deviation(2.0 * half, 1.0)
-    width = half_width(half, normal)
-    return Summary(
-        mean=mean,
-        deviation=np.hypot(by_step, normal),
-        low=np.maximum(mean - width, 0.0),
-        high=mean + width,
-        by_step=by_step,
-    )
 
 
 def half_width(half: FloatArray, normal: FloatArray) -> FloatArray:
@@ -74,14 +41,6 @@ def _inside(width: FloatArray, half: FloatArray, normal: FloatArray) -> FloatArr
 def _integral(z: FloatArray) -> FloatArray:
     """Integral G of the normal distribution function from −∞ to z."""
     return np.asarray(z * ndtr(z) + np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi))
-
-
-def ratio_deviation(
-    fx: ArrayLike, fy: ArrayLike, noise_x: ArrayLike, noise_y: ArrayLike
-) -> FloatArray:
-    """Propagate the noise of one sample, noise_x and noise_y, to its ratio fx/fy (E·I0/L²)."""
-    fx, fy = np.asarray(fx), np.asarray(fy)
-    return np.asarray(np.hypot(noise_x / fy, fx * noise_y / fy**2))
 
 
 def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
