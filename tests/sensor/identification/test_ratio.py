@@ -274,6 +274,11 @@ def test_a_recording_without_slips_is_one_open_period():
         read_ratio(Recording(clamp=np.zeros(1), readings=np.zeros((1, 3)), line=np.ones(1)), NOISE)
 
 
+def test_a_slip_time_that_leaves_no_samples_is_refused():
+    with pytest.raises(RecordingError, match="no samples are left between the slips"):
+        identify(None, replace(even(), interval=1.0), noise=QUIET, slip_time="1 h")
+
+
 def even(way=1.0):
     """Four periods of 15 samples in which the ratio grows by 0.02 a sample, to 0.38."""
     clamp, ratio = 0.01 * np.arange(60.0), 0.1 + 0.02 * (np.arange(60) % 15)

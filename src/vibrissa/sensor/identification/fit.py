@@ -83,13 +83,12 @@ class Fit:
 
     def _weighted(self, values: FloatArray, slope: FloatArray) -> FloatArray:
         """Values of shape (..., n, 3) in standard deviations, shape (..., n, c)."""
-        used, count, position = self.task.used, self.task.blocks.count, self.task.position
-        noise = self.task.noise[used]
-        scaled = values[..., used] / noise * np.sqrt(count)[:, None]
+        position = self.task.recording.position
+        scaled = self.task.weighted(values) * np.sqrt(self.task.blocks.count)[:, None]
         if not position:
-            return np.asarray(scaled)
+            return scaled
         # Noise of the position is one of the readings along their slope.
-        along = slope[:, used] / noise
+        along = self.task.weighted(slope)
         square = np.maximum((along**2).sum(axis=1), TINY)
         less = (1.0 / np.sqrt(1.0 + position**2 * square) - 1.0) / square
         part = (scaled * along).sum(axis=-1) * less

@@ -138,7 +138,7 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
     """Read by one method, and compare with the other where that can be read."""
     try:
         nearest = nearest_states(task, rod)
-        check_columns(nearest, task.recording)
+        check_columns(nearest)
         model = read_model(task, rod, nearest)
     except MixedColumnsError:
         raise

@@ -11,7 +11,8 @@ from scipy.spatial import KDTree
 
 from vibrissa.errors import MixedColumnsError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.recording import FORCES, Recording
+from vibrissa.sensor.identification.recording import FORCES
+from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -31,19 +32,14 @@ THOUSAND = 1e3
 class NearestStates:
     """States of a rod at one height, with their readings in the used channels."""
 
+    task: Task
     branch: Response
-    used: list[int]
-    noise: FloatArray
-
-    def weighted(self, readings: FloatArray) -> FloatArray:
-        """Channels that are used, in standard deviations, shape (n, c)."""
-        return np.asarray(readings[:, self.used] / self.noise[self.used])
 
     @cached_property
     def _table(self) -> tuple[FloatArray, Any]:
         x0 = np.linspace(self.branch.x0_pull, self.branch.x0_end, TABLE)
-        values = self.weighted(self.branch(x0))
-        if len(self.used) == 1:
+        values = self.task.weighted(self.branch(x0))
+        if len(self.task.used) == 1:
             # One channel distinguishes the states only as long as it grows.
             back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
             x0 = x0[: int(back[0]) + 1] if len(back) else x0
@@ -52,11 +48,11 @@ class NearestStates:
     def __call__(self, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Displacements of the nearest states (L), and the squared misfits to them, each (n,)."""
         table, tree = self._table
-        distance, nearest = tree.query(self.weighted(readings))
+        distance, nearest = tree.query(self.task.weighted(readings))
         return table[nearest], distance**2
 
 
-def check_columns(nearest: NearestStates, recording: Recording) -> None:
+def check_columns(nearest: NearestStates) -> None:
     """Refuse a recording that comes much nearer to the rod if its columns were mixed up.
 
     Raises
@@ -64,8 +60,9 @@ def check_columns(nearest: NearestStates, recording: Recording) -> None:
     MixedColumnsError
         If so; the message names the likeliest mix-up.
     """
-    rows = np.linspace(0, len(recording) - 1, SAMPLED).astype(int)
-    some = np.nan_to_num(recording.readings[rows])
+    task = nearest.task
+    rows = np.linspace(0, len(task.recording) - 1, SAMPLED).astype(int)
+    some = np.nan_to_num(task.recording.readings[rows])
 
     def misfits(mixed: FloatArray) -> FloatArray:
         return nearest(some @ mixed.T)[1]
@@ -73,10 +70,10 @@ def check_columns(nearest: NearestStates, recording: Recording) -> None:
     given = float(np.median(misfits(np.eye(3))))
     if given <= MISFIT:
         return
-    mix_ups = dict(_mix_ups(nearest.used))
+    mix_ups = dict(_mix_ups(task.used))
     least = {text: float(np.median(misfits(mixed))) for text, mixed in mix_ups.items()}
     text = min(least, key=lambda text: least[text])
-    size = (nearest.weighted(some @ mix_ups[text].T) ** 2).sum(axis=1)
+    size = (task.weighted(some @ mix_ups[text].T) ** 2).sum(axis=1)
     # A rod that is quite another one is not near to the readings, however they are mixed.
     if least[text] < min(given, float(np.median(size))) / MUCH:
         raise MixedColumnsError(

@@ -11,7 +11,7 @@ from vibrissa.sensor.identification.goodness import Goodness, causes_of, estimat
 from vibrissa.sensor.identification.mixing import MISFIT, NearestStates
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus, periods_of
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.slips import check_falls
+from vibrissa.sensor.identification.slips import check_slips
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation
 from vibrissa.sensor.transducer import CHANNELS
@@ -34,7 +34,7 @@ def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
     """
     clamp = task.recording.clamp
     middle = float(whisker.height(0.5 * (clamp.min() + clamp.max())))
-    return NearestStates(branch=whisker.level(middle).response, used=task.used, noise=task.noise)
+    return NearestStates(task=task, branch=whisker.level(middle).response)
 
 
 def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identification:
@@ -47,9 +47,9 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
     NoResponseError
         If the rod has no response.
     """
-    check_falls(task.recording, task.noise, task.position)
+    check_slips(task.recording, task.spans, task.noise)
     start = started(task, whisker, nearest(task.blocks.readings)[0])
-    _check_states(start, nearest)
+    _check_states(start)
     fit = fitted(start)
     goodness = Goodness.of(fit)
     free = [one for one in task.parameters if one.deviation > 0.0]
@@ -80,11 +80,11 @@ def unfitted(found: Identification, settled: bool = True) -> Check:
     return Check(Grade.DOUBTFUL, np.full(len(found.periods), True), why, summed=settled)
 
 
-def _check_states(fit: Fit, nearest: NearestStates) -> None:
+def _check_states(fit: Fit) -> None:
     """Refuse a recording most of whose samples are no states of the rod."""
     blocks = fit.task.blocks
     squares = (fit.residuals**2).sum(axis=1) / blocks.count
-    size = (nearest.weighted(blocks.readings) ** 2).sum(axis=1)
+    size = (fit.task.weighted(blocks.readings) ** 2).sum(axis=1)
     off = squares > np.maximum(MISFIT, MOST_MISFIT**2 * size)
     part = float(blocks.count[off].sum() / blocks.count.sum())
     if part > MOST_OFF:
@@ -99,7 +99,7 @@ def _checks(fit: Fit, periods: Periods) -> list[Check]:
     """Check whether the readings fit the rod, and the slips go with the clamp."""
     worst = fit.task.blocks.sums(fit.residuals**2).argmax(axis=1)
     contact = fit.set_up.contact(fit.u)
-    own = np.hypot(fit.known**-0.5, fit.task.position)
+    own = np.hypot(fit.known**-0.5, fit.task.recording.position)
     way = np.diff(contact) * fit.task.ends.sign[:-1]
     stays = way < CERTAIN * np.hypot(own[1:], own[:-1])
     against = np.append(stays & ~fit.task.spans.passes[:-1], False)
@@ -152,8 +152,8 @@ def read_periods(fit: Fit) -> Periods:
 def _own(fit: Fit) -> FloatArray:
     """Return the standard deviation of the last x0 of each period for a known set-up, (p,)."""
     # Behind a filter the beginning of a slip is hidden in noise, for up to its delay.
-    late = fit.task.recording.delay * fit.task.ends.speed / np.sqrt(12.0)
-    return np.sqrt(1.0 / fit.known + fit.task.position**2 / 2.0 + late**2)
+    late = fit.task.recording.lag[fit.task.spans.ends] / np.sqrt(12.0)
+    return np.sqrt(1.0 / fit.known + fit.task.recording.position**2 / 2.0 + late**2)
 
 
 def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.slips import LOST, Spans, smooth, usual_step
+from vibrissa.sensor.identification.slips import LOST, Spans, usual_step
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, half_width, step_deviation
@@ -231,7 +231,7 @@ def periods_of(
         common=common,
         by_step=by_step,
         effects=effects,
-        checks=tuple(_checks_of(smooth(recording.clamp, task.position), spans)),
+        checks=tuple(_checks_of(recording.smooth, spans)),
         left_out=recording.notes,
     )
 

@@ -23,7 +23,7 @@ from vibrissa.sensor.identification.parameters import BEARING, Parameter
 from vibrissa.sensor.identification.periods import Check, Grade, PeriodStatus, periods_of
 from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.slips import Ends, check_falls
+from vibrissa.sensor.identification.slips import Ends, check_slips
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import (
     HALF_WIDTH,
@@ -185,11 +185,11 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
 
     Of all degrees, each corrected by the next one, the one with the least error counts.
     """
-    ends, position = task.ends, task.position
+    ends, position = task.ends, task.recording.position
     gap = np.where(task.spans.cut, 0.0, ends.gap)
     window, length = in_window(task.blocks, ends)
     length = np.where(np.abs(gap) < MOST_BEYOND * np.abs(length), length, np.nan)
-    step = (task.recording.delay * ends.speed + gap * STEP[:, None]).T / length[:, None]
+    step = (task.recording.lag[task.spans.ends] + gap * STEP[:, None]).T / length[:, None]
     noise = task.noise[FORCES]
     if position:
         # Noise of the positions is one of the forces, too: by how they grow with the clamp.
@@ -229,7 +229,7 @@ def read_ratio(task: Task) -> Identification:
     if not task.both_forces:
         raise RecordingError("the method ratio needs the noise of both forces, above 0")
     forces, noise = task.recording.readings[:, FORCES], task.noise[FORCES]
-    check_falls(task.recording, task.noise, task.position)
+    check_slips(task.recording, task.spans, task.noise)
     check_forces(forces, noise)
     onsets, own = read_onsets(task)
     parameters = [one for one in task.parameters if one.of in BEARING and one.deviation > 0.0]

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 IMPORT = "vibrissa import reads other titles, encodings, separators and decimal signs"
 # Fewer samples do not make a period and a slip.
 FEWEST_SAMPLES = 3
+# Samples over which positions and speeds of the clamp are averaged.
+STEPS = 9
 # Second differences beyond this multiple of their standard deviation are slips, not noise.
 OUTLIER = 4.0
 # A row without a load is no farther from their median than so many median deviations.
@@ -78,6 +80,8 @@ class Recording(Batch):
         Number of these rows.
     slip_rows, delay : float
         How long a slip lasts at least, and by how much the readings lag, in samples.
+    position : float
+        Standard deviation of one clamp position (L).
     """
 
     clamp: FloatArray
@@ -90,6 +94,17 @@ class Recording(Batch):
     air_rows: int = 0
     slip_rows: float = 0.0
     delay: float = 0.0
+    position: float = 0.0
+
+    @property
+    def smooth(self) -> FloatArray:
+        """Clamp positions, averaged over some samples if they have a noise (L)."""
+        return _averaged(self.clamp) if self.position else self.clamp
+
+    @property
+    def lag(self) -> FloatArray:
+        """How far the clamp moves by the time that it takes to read the load (L)."""
+        return self.delay * _averaged(np.gradient(self.clamp))
 
     def noted(self, *notes: str) -> Self:
         """Add notes."""
@@ -98,6 +113,12 @@ class Recording(Batch):
     def naming(self, rows: Index, why: str) -> Self:
         """Note rows that are left out."""
         return self.noted(*left_out(self.line[rows], why))
+
+
+def _averaged(values: FloatArray) -> FloatArray:
+    from scipy.ndimage import uniform_filter1d  # half a second to load
+
+    return np.asarray(uniform_filter1d(values, STEPS, mode="nearest"))
 
 
 def read_recording(

@@ -7,7 +7,6 @@ from peak to trough by more than noise is a slip; samples between them are of ne
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
 from vibrissa.errors import RecordingError
@@ -41,8 +40,6 @@ EVEN = 1e-3
 MOST_BETWEEN = 10
 # A rise that is none.
 TINY = 1e-9
-# Samples over which the speed of the clamp is averaged.
-STEPS = 9
 # A step that differs from the usual one by so many standard deviations of a position is another.
 ANOTHER = 6.0
 
@@ -109,15 +106,12 @@ class Ends(Batch):
     ----------
     clamp, gap : ndarray
         Position of the clamp in the last sample, and its way to the first one after the slip (L).
-    speed : ndarray
-        Its way per sample (L).
     sign : ndarray
         1 where the clamp moves forward as the tip slips, -1 where backward.
     """
 
     clamp: FloatArray
     gap: FloatArray
-    speed: FloatArray
     sign: FloatArray
 
 
@@ -140,19 +134,6 @@ def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
     return np.pad(alone.any(axis=1) & ~peak, 1)
 
 
-def spans_of(clamp: FloatArray, load: FloatArray) -> Spans:
-    """Find the periods of sticking, at least one; single samples are left out.
-
-    Parameters
-    ----------
-    load : ndarray, shape (n,)
-        In standard deviations of one reading. It falls while a clamp that moves forward bends the
-        rod, as force_x does.
-    """
-    falls = np.diff(load) * direction(clamp)
-    return _cut(clamp, falls, *_slips(falls))
-
-
 def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
     """First and last rows of the periods between falls of the load by more than `FALL`."""
     load = -np.cumsum(np.append(0.0, falls))
@@ -171,8 +152,12 @@ def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
     return np.array(begins), np.array([*ends, len(falls)])
 
 
-def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray) -> Spans:
-    """Cut periods where samples are missing and the load has risen by too little for sticking."""
+def _spans(clamp: FloatArray, falls: FloatArray) -> Spans:
+    """Find the periods, at least one; single samples are left out.
+
+    They are cut where samples are missing and the load has risen by too little for sticking.
+    """
+    begins, ends = _slips(falls)
     steps, usual = np.abs(np.diff(clamp)), usual_step(clamp)
     moves = steps > 0.0
     rise = np.median(-falls[moves] / steps[moves]) * steps if moves.any() else steps
@@ -197,16 +182,15 @@ def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray)
     return found.take(several) if several.any() else found
 
 
-def check_falls(recording: Recording, noise: FloatArray, position: float) -> None:
-    """Refuse a recording whose slips are sudden rises of the load.
+def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
+    """Refuse a recording whose slips are sudden rises of the load, or that has no period.
 
     Raises
     ------
     RecordingError
     """
-    readings = recording.readings / noise
+    readings, clamp = recording.readings / noise, recording.smooth
     load = readings[:, 0] if np.isfinite(noise[FORCES]).all() else -readings[:, MOMENT]
-    clamp = smooth(recording.clamp, position)
     falls = np.diff(load) * direction(clamp)
     usual = np.abs(np.diff(clamp)) <= LOST * usual_step(clamp)
     # Of coarse samples each shows a rise.
@@ -218,17 +202,14 @@ def check_falls(recording: Recording, noise: FloatArray, position: float) -> Non
             "has the other sign. force_x is the load of the rod on the clamp, negative where a "
             "clamp that moves forward pushes the tip"
         )
+    if not len(spans):
+        raise RecordingError("no samples are left between the slips: give a shorter slip_time")
 
 
 def usual_step(clamp: FloatArray) -> float:
     """Usual clamp motion from one sample to the next; infinite if it never moves."""
     steps = np.abs(np.diff(clamp))
     return float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
-
-
-def speed_of(clamp: FloatArray) -> FloatArray:
-    """Way of the clamp from sample to sample, averaged over some samples, shape (n,)."""
-    return np.asarray(uniform_filter1d(np.gradient(clamp), STEPS, mode="nearest"))
 
 
 def direction(clamp: FloatArray) -> FloatArray:
@@ -247,13 +228,6 @@ def position_noise(clamp: FloatArray) -> float:
     scatter = noise_of(clamp[:, None])[0]
     rests = np.mean(steps == 0.0) > RESTS if len(steps) else True
     return 0.0 if rests or not scatter > EVEN * usual_step(clamp) else float(scatter)
-
-
-def smooth(clamp: FloatArray, position: float) -> FloatArray:
-    """Average clamp positions that have a noise over some samples."""
-    if not position:
-        return clamp
-    return np.asarray(uniform_filter1d(clamp, STEPS, mode="nearest"))
 
 
 def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
@@ -279,23 +253,22 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
     return recording, replace(spans, after=after, swung=swung)
 
 
-def ends_of(recording: Recording, spans: Spans, position: float) -> Ends:
-    """Find out how periods end; the positions have this noise."""
-    clamp = recording.clamp
+def ends_of(recording: Recording, spans: Spans) -> Ends:
+    """Find out how periods end."""
+    clamp, position = recording.clamp, recording.position
     last, unseen = clamp[spans.ends], spans.cut | spans.passes
     gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)
     step = np.minimum(spans.ends - unseen, len(clamp) - 2)
-    even = smooth(clamp, position)
-    sign = direction(even)[np.maximum(step, 0)]
+    sign = direction(recording.smooth)[np.maximum(step, 0)]
     if position:
-        usual = sign * usual_step(even)
+        usual = sign * usual_step(recording.smooth)
         same = (np.abs(gap - usual) < ANOTHER * position) & ~unseen
         last = np.where(same, last + 0.5 * (gap - usual), last)
         gap = np.where(same, usual, gap)
-    return Ends(clamp=last, gap=gap, speed=speed_of(clamp)[spans.ends], sign=sign)
+    return Ends(clamp=last, gap=gap, sign=sign)
 
 
-def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Spans, IntArray, float]:
+def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Spans, IntArray]:
     """Find the slips of a recording.
 
     Returns
@@ -305,15 +278,13 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
     spans : Spans
     row : ndarray of int
         Number of each row in the given recording.
-    position : float
-        Standard deviation of one clamp position (L).
     """
-    position = position_noise(recording.clamp)
-    spiky = spikes(smooth(recording.clamp, position), recording.readings / noise)
+    recording = replace(recording, position=position_noise(recording.clamp))
+    spiky = spikes(recording.smooth, recording.readings / noise)
     row = np.flatnonzero(~spiky)
-    clamp = smooth(recording.clamp, position)[row]
     recording = recording.naming(spiky, "a lone spike").take(row)
-    spans = spans_of(clamp, load_of(recording, clamp, noise))
+    falls = np.diff(load_of(recording, noise)) * direction(recording.smooth)
+    spans = _spans(recording.smooth, falls)
     why = "periods too small for the noise of the readings (record the moment, or less noise)"
     recording, spans = before_swing(recording.naming(spans.between, why), spans)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
@@ -321,17 +292,19 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
     if late > 1 or recording.slip_rows:
         # Of a slip that takes a while the first sample may not show it, nor the last one.
         recording, spans = _settled(recording, spans, int(lasts > 1), late)
-    return recording, spans, row, position
+    return recording, spans, row
 
 
-def load_of(recording: Recording, clamp: FloatArray, noise: FloatArray) -> FloatArray:
-    """Load by force_x and the moment, in standard deviations of one reading."""
-    readings = recording.readings / noise
+def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
+    """Load by force_x and the moment, in standard deviations of one reading, shape (n,).
+
+    It falls while a clamp that moves forward bends the rod, as force_x does.
+    """
+    readings, way = recording.readings / noise, direction(recording.smooth)
     both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])
     # The moment tells the load with the other sign, and mostly with less noise.
     loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
     # Each counts by how much it rises beside its noise.
-    way = direction(clamp)
     rises = np.maximum([-np.median(np.diff(one) * way) for one in loads], TINY)
     return np.asarray(rises @ loads / np.linalg.norm(rises))
 
@@ -344,8 +317,6 @@ def _settled(recording: Recording, spans: Spans, early: int, late: int) -> tuple
     ends = spans.ends - early
     ends[-1] = spans.ends[-1]
     settled = replace(spans, begins=begins, ends=ends).take(ends > begins)
-    if not len(settled):
-        raise RecordingError("slip_time leaves no samples of any period: give a shorter one")
     off = np.arange(len(recording)) >= spans.begins[0]
     off[settled.rows[0]] = False
     return recording.naming(off, "the readings have not settled after a slip"), settled

@@ -12,7 +12,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.sensor.identification.blocks import Blocks, condensed
 from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
-from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips, speed_of
+from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
@@ -39,8 +39,6 @@ class Task:
         Its periods of sticking.
     row : ndarray of int
         Number of each row in the given recording.
-    position : float
-        Standard deviation of one clamp position (L).
     noise : ndarray, shape (3,)
         Standard deviation of one reading; NaN of a channel that is not used.
     full_scale : ndarray, shape (3,)
@@ -54,7 +52,6 @@ class Task:
     recording: Recording
     spans: Spans
     row: IntArray
-    position: float
     noise: FloatArray
     noise_is_given: bool
     full_scale: FloatArray
@@ -76,6 +73,10 @@ class Task:
         """Numbers of the channels that are used."""
         return np.flatnonzero(np.isfinite(self.noise)).tolist()
 
+    def weighted(self, values: FloatArray) -> FloatArray:
+        """Channels that are used, of shape (..., 3), in standard deviations, (..., c)."""
+        return np.asarray(values[..., self.used] / self.noise[self.used])
+
     @property
     def both_forces(self) -> bool:
         """Whether both forces are used."""
@@ -95,7 +96,7 @@ class Task:
     @cached_property
     def ends(self) -> Ends:
         """How the periods end."""
-        return ends_of(self.recording, self.spans, self.position)
+        return ends_of(self.recording, self.spans)
 
     @cached_property
     def blocks(self) -> Blocks:
@@ -105,8 +106,7 @@ class Task:
     @cached_property
     def shown(self) -> FloatArray:
         """Positions of the clamp that the readings of the blocks show, shape (n,)."""
-        speed = speed_of(self.recording.clamp)
-        return self.blocks.clamp - self.recording.delay * speed[self.blocks.row.astype(int)]
+        return self.blocks.clamp - self.recording.lag[self.blocks.row.astype(int)]
 
     @property
     def rows(self) -> tuple[FloatArray, int]:
@@ -146,12 +146,11 @@ def task_of(
     full_scale = _full_scale(recording, transducer, units)
     length = SLOPE_LENGTH / units.unit(Kind.LENGTH) if units.si else OWN_SLOPE_LENGTH
     recording, sizes = _tared(recording, known, {**assumed, **stated}, stated)
-    recording, spans, row, position = find_slips(recording, known)
+    recording, spans, row = find_slips(recording, known)
     return Task(
         recording=recording,
         spans=spans,
         row=row,
-        position=position,
         noise=known,
         noise_is_given=given is not None,
         full_scale=full_scale,
