@@ -21,9 +21,9 @@ from vibrissa.sensor.identification.parameters import BEARING
 from vibrissa.sensor.identification.periods import Check, Grade
 from vibrissa.sensor.identification.ratio import read_ratio
 from vibrissa.sensor.identification.recording import (
+    FEWEST_SAMPLES,
     Method,
     Recording,
-    check_size,
     read_recording,
     units_of,
 )
@@ -113,7 +113,9 @@ def identify(
     sensor = None if transducer is None else transducer_of(transducer, units)
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, method, sensor)
-    check_size(len(recording), recording.notes)
+    if len(recording) < FEWEST_SAMPLES:
+        few = f"too little to identify friction from: {len(recording)} usable rows"
+        raise RecordingError("; ".join((few, *recording.notes)))
     recording = replace(
         recording,
         slip_rows=in_samples(recording, slip_time, "slip_time"),

@@ -260,8 +260,7 @@ def _effects(task: Task, mu0: FloatArray, parameters: Sequence[Parameter]) -> Fl
     """Change of the friction per unit of each parameter, shape (p, k): −(δfx − (fx/fy)·δfy)/fy."""
     ends, last, sign = task.spans.ends, task.last, task.ends.sign
     # A moment that was not recorded is taken as that of full scale, of which crosstalk is a part.
-    loads = task.recording.readings[ends]
-    loads = np.where(np.isnan(loads), np.nan_to_num(task.full_scale, nan=1.0), loads)
+    loads = np.nan_to_num(task.recording.readings[ends], nan=1.0)
     found = np.zeros((len(ends), len(parameters)))
     for column, one in zip(found.T, parameters, strict=True):
         if one.effect is not None:

@@ -284,18 +284,6 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
     return (f"{why} in {counted(len(lines), 'row')}, left out: line {shown}",)
 
 
-def check_size(rows: int, notes: Sequence[str] = ()) -> None:
-    """Refuse a recording that is too short.
-
-    Raises
-    ------
-    RecordingError
-    """
-    if rows < FEWEST_SAMPLES:
-        few = f"too little to identify friction from: {rows} usable rows"
-        raise RecordingError("; ".join((few, *notes)))
-
-
 def noise_of(readings: FloatArray) -> FloatArray:
     """Estimate the noise of each channel from second differences; outliers (slips) are left out."""
     from scipy.special import ndtri  # half a second to load

@@ -59,8 +59,8 @@ class FrictionSummary:
         smallest first: what to measure first.
     variation : float
         Standard deviation of μ0 from place to place, beyond its errors; 0 where it is not certain.
-    periods, used : int
-        How many there are, and how many the mean is of.
+    used : int
+        How many periods the mean is of.
     left : dict of str to int
         Why the others are left out: their status, or the grade of their doubts.
     least : float
@@ -75,7 +75,6 @@ class FrictionSummary:
     common: float = np.nan
     if_exact: dict[str, float] = field(default_factory=dict)
     variation: float = 0.0
-    periods: int = 0
     used: int = 0
     left: dict[str, int] = field(default_factory=dict)
     least: float = np.nan
@@ -117,12 +116,12 @@ class FrictionSummary:
     @property
     def _of(self) -> str:
         left = ", ".join(f"{number} {why}" for why, number in self.left.items())
-        of = f"{self.used} of {counted(self.periods, 'period')}"
+        of = f"{self.used} of {counted(len(self.found.periods), 'period')}"
         return f"{of} (left out: {left})" if left else of
 
     def _bound(self) -> Iterator[str]:
         yield f"no mean of mu0, from {self._of}"
-        if self.left == {PeriodStatus.OPEN: self.periods}:
+        if self.left == {PeriodStatus.OPEN: len(self.found.periods)}:
             yield "no slip was recorded: record on until the tip slips"
         if np.isfinite(self.least):
             at = f"mu0 is at least {self.least:.3g} at one place or more"
@@ -165,7 +164,6 @@ def summary_of(found: "Identification") -> FrictionSummary:
     bounds = periods.low[np.isfinite(periods.low) & ~wrong]
     known = FrictionSummary(
         found=found,
-        periods=len(periods),
         used=int(used.sum()),
         least=float(bounds.max()) if len(bounds) else np.nan,
         left={why: others.count(why) for why in sorted(set(others))},

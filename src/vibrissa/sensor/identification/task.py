@@ -41,8 +41,6 @@ class Task:
         Number of each row in the given recording.
     noise : ndarray, shape (3,)
         Standard deviation of one reading; NaN of a channel that is not used.
-    full_scale : ndarray, shape (3,)
-        Of the channels: the transducer's, or the largest readings; NaN of none.
     parameters : tuple of Parameter
         Deviations from the given set-up.
     slope : Slope
@@ -54,7 +52,6 @@ class Task:
     row: IntArray
     noise: FloatArray
     noise_is_given: bool
-    full_scale: FloatArray
     parameters: tuple[Parameter, ...]
     slope: Slope
     units: Units
@@ -153,7 +150,6 @@ def task_of(
         row=row,
         noise=known,
         noise_is_given=given is not None,
-        full_scale=full_scale,
         parameters=parameters_of(sizes, frozenset(stated), full_scale),
         slope=Slope(deviation=sizes.get(SLOPE, 0.0), length=length),
         units=units,
