@@ -1,7 +1,7 @@
 """Parameters of the forward model: deviations from the given set-up, 0 as given."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import permutations
 
 import numpy as np
@@ -74,44 +74,36 @@ def parameters_of(
         Of the channels, of which crosstalk is a part; NaN for one that was not recorded.
     """
     there = np.isfinite(full_scale)
-    names = [
-        name
+    each = (
+        Parameter(name=name, of=name, deviation=sizes.get(name, 0.0), stated=name in stated)
         for name, one in TOLERABLE.items()
         if name != SLOPE and (there[channel := NEEDS.get(name, one.channel)] or channel < 0)
-    ]
-    return tuple(
-        Parameter(
-            name=part,
-            of=name,
-            deviation=factor * sizes.get(name, 0.0),
-            stated=name in stated,
-            effect=effect,
-            wave=wave,
-        )
-        for name in names
-        for part, factor, effect, wave in _parts(name, np.where(there, full_scale, 1.0))
     )
+    scale = np.where(there, full_scale, 1.0)
+    return tuple(part for one in each for part in _parts(one, scale))
 
 
-def _parts(name: str, full_scale: FloatArray) -> Iterator[tuple[str, float, Effect | None, int]]:
-    """Name, part of the tolerance, effect and wave: crosstalk has six, a drift is Brownian."""
-    channel = TOLERABLE[name].channel
-    if name == "crosstalk":
+def _parts(one: Parameter, full_scale: FloatArray) -> Iterator[Parameter]:
+    """Parts of a parameter with their effects: crosstalk has six, a drift is Brownian."""
+    channel = TOLERABLE[one.of].channel
+    if one.of == "crosstalk":
         for to, source in permutations(range(3), 2):
             matrix = np.zeros((3, 3))
             matrix[to, source] = full_scale[to] / full_scale[source]
-            yield f"crosstalk of {CHANNELS[source]} in {CHANNELS[to]}", 1.0, _mixed(matrix), 0
-    elif name.startswith("drift_"):
-        yield name, 1.0, _zero(channel, np.asarray), 0
+            name = f"crosstalk of {CHANNELS[source]} in {CHANNELS[to]}"
+            yield replace(one, name=name, effect=_mixed(matrix))
+    elif one.of.startswith("drift_"):
+        yield replace(one, effect=_zero(channel, np.asarray))
         for wave in range(1, WAVES + 1):
-            factor, effect = np.sqrt(2.0) / (np.pi * wave), _zero(channel, _half_waves(wave))
-            yield f"{name}, wave {wave}", factor, effect, wave
+            name, part = f"{one.of}, wave {wave}", np.sqrt(2.0) / (np.pi * wave)
+            effect = _zero(channel, _half_waves(wave))
+            yield replace(one, name=name, deviation=part * one.deviation, effect=effect, wave=wave)
     elif channel >= 0:
-        yield name, 1.0, _zero(channel, np.ones_like), 0
-    elif name == CREEP:
-        yield name, 1.0, _creeping, 0
+        yield replace(one, effect=_zero(channel, np.ones_like))
+    elif one.of == CREEP:
+        yield replace(one, effect=_creeping)
     else:
-        yield name, 1.0, _mixed(MIXING[name]) if name in MIXING else None, 0
+        yield replace(one, effect=_mixed(MIXING[one.of])) if one.of in MIXING else one
 
 
 def _mixed(matrix: FloatArray) -> Effect:

@@ -141,9 +141,7 @@ def read_recording(
         If the table cannot be used; the message names the line.
     """
     asked = [CHANNELS[i] for i in FORCES] if method is Method.RATIO else []
-    needed = ["footpoint", *asked]
-    others = [name for name in CHANNELS if name not in needed]
-    table = _table(source, needed, ["time", *others])
+    table = _table(source, ["footpoint", *asked], ["time", *CHANNELS])
     interval = _interval(table)
     clamp = _nondimensional(table, "footpoint", Kind.LENGTH, units)
     readings = np.full((len(clamp), len(CHANNELS)), np.nan)
@@ -152,7 +150,7 @@ def read_recording(
             column[:] = _nondimensional(table, channel, kind, units)
     saturated = np.zeros(readings.shape, dtype=bool)
     if transducer is not None:
-        saturated = transducer.saturated(readings * units.channels) & ~np.isnan(readings)
+        saturated = transducer.saturated(readings * units.channels)
     used, notes = _used(np.isnan(readings) | saturated, table, method)
     readings[:, [i for i in range(len(CHANNELS)) if i not in used]] = np.nan
     missing = np.isnan(clamp) | np.isnan(readings[:, used]).any(axis=1)

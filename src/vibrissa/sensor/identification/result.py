@@ -41,10 +41,9 @@ class Beside:
 
     ratio: FloatArray
     deviation: FloatArray
-    number: int
     off: BoolArray
-    difference: float = np.nan
-    spread: float = np.nan
+    difference: float
+    spread: float
 
     @property
     def agrees(self) -> bool:
@@ -149,18 +148,18 @@ def beside(model: Identification, ratio: Identification) -> Beside:
     # The onset is late by the same part of the step.
     by_step = np.abs(one.by_step - other.by_step)
     alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + other.common**2))
-    found = Beside(
+    difference = spread = np.nan
+    if known.sum() >= FEWEST:
+        # One that disagrees by itself does not make all of them doubtful.
+        kept = known & ~alone if 2 * alone.sum() < known.sum() else known
+        effect = other.effects[kept].mean(axis=0)[None]
+        variance = common_deviation(effect, ratio.covariance)[0] ** 2
+        variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
+        difference, spread = float(apart[kept].mean()), float(np.sqrt(variance))
+    return Beside(
         ratio=np.where(known, other.mu0, np.nan),
         deviation=np.where(known, other.deviation, np.nan),
-        number=int(known.sum()),
-        off=alone,
+        off=alone | (abs(difference) > MEANS * spread),
+        difference=difference,
+        spread=spread,
     )
-    if found.number < FEWEST:
-        return found
-    # One that disagrees by itself does not make all of them doubtful.
-    kept = known & ~alone if 2 * alone.sum() < known.sum() else known
-    effect = other.effects[kept].mean(axis=0)[None]
-    variance = common_deviation(effect, ratio.covariance)[0] ** 2
-    variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
-    found = replace(found, difference=float(apart[kept].mean()), spread=float(np.sqrt(variance)))
-    return found if found.agrees else replace(found, off=np.ones(len(one), dtype=bool))

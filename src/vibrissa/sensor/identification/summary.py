@@ -109,7 +109,8 @@ class FrictionSummary:
             agree = "they agree" if beside.agrees else "they disagree: one of them is wrong"
             size = f"{beside.difference:+.2g} ± {beside.spread:.1g}"
             of = f"the model of the rod and the ratio of the forces differ by {size}"
-            yield f"{of} in {counted(beside.number, 'period')}: {agree}"
+            number = int(np.isfinite(beside.ratio).sum())
+            yield f"{of} in {counted(number, 'period')}: {agree}"
         if self.variation:
             yield f"mu0 differs from place to place by ± {self.variation:.2g}"
 
