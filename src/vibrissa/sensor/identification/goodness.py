@@ -161,10 +161,8 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
         shared = fit.jacobian @ changes.reshape(len(changes), -1).T
         known -= (shared * (fit.remaining @ shared)).sum(axis=0)
     told = (known > TINY) & [one.of not in NOT_NAMED for one in fit.task.parameters]
-    size = np.where(told, along / np.maximum(known, TINY), 0.0)
-    deviation = np.divide(
-        1.0, np.sqrt(np.maximum(known, TINY)), out=np.zeros_like(known), where=told
-    )
+    known = np.where(told, known, np.inf)
+    size, deviation = along / known, 1.0 / np.sqrt(known)
     fall = size * along
     if settled:
         left = np.diag(fit.remaining)
