@@ -109,7 +109,9 @@ def test_a_mistake_is_named_with_its_place(tmp_path, text, message):
     assert str(raised.value) == f"{tmp_path}/{message}"
 
 
-@pytest.mark.parametrize("cell", ["inf", "1_0", "1 2", "1..", "١", "1e999", "0x1", "True", "+"])
+@pytest.mark.parametrize(
+    "cell", ["inf", "1_0", "1 2", "1..", "١", "1e999", "1e60", "0x1", "True", "+"]
+)
 def test_all_wrong_cells_are_named(tmp_path, cell):
     with pytest.raises(RecordingError) as raised:
         read(tmp_path, f"a,b\n1,{cell}\n{cell},2\n", ["a", "b"])

@@ -30,6 +30,8 @@ ENDINGS = (".csv", PARQUET)
 MISSING = ("", "-", "nan", "na", "n/a", "#n/a", "#nv", "null", "none")
 # A number, with its decimal sign in place of the braces.
 NUMBER = r"[-+]?([0-9]+{0}?[0-9]*|{0}[0-9]+)([eE][-+]?[0-9]+)?"
+# A larger number is no measurement, and its powers overflow.
+LARGEST = 1e50
 # So many errors of one kind are listed.
 LISTED = 10
 TITLE = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*", re.DOTALL)
@@ -257,7 +259,7 @@ def numbers(
         plain = text.where(good, "nan").str.replace(decimal, ".", regex=False)
         values[name] = plain.to_numpy(dtype=object).astype(float)
         missing = text.str.lower().isin(MISSING).to_numpy()
-        bad = ~(good | missing) | np.isinf(values[name])
+        bad = ~(good | missing) | (np.abs(values[name]) > LARGEST)
         wrong += [
             (line, f"{name} must be a finite number, or empty where it is missing, got {cell!r}")
             for line, cell in column[bad].astype(str).items()
