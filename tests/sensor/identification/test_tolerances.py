@@ -168,7 +168,7 @@ def test_tolerances_are_read_with_units_and_in_per_cent():
         ({"theta": "x"}, "the tolerance of theta must be a number"),
         ({"theta": -0.1}, "the tolerance of theta must not be negative"),
         ({"eta": "2 deg"}, "the tolerance of eta must be a length"),
-        ({"zero_force_x": "2 %"}, "is 2 %, but zero_force_x is 0 or not known"),
+        ({"zero_force_x": "2 %"}, "is 2 %, but zero_force_x is 0 or not given"),
         ({"clamp_angle": "2 %"}, "the tolerance of clamp_angle is 2 %, but clamp_angle is 0"),
     ],
 )
