@@ -77,7 +77,7 @@ def figure_kinds() -> str:
         )
         for name, kind in FIGURE_KINDS.items()
     ]
-    head = ("kind", "what it shows", "drawn from", "keys of which it shows one value, or needs")
+    head = ("kind", "what it shows", "drawn from", "axes with one value, required keys")
     return markdown_table(head, rows)
 
 

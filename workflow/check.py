@@ -91,7 +91,7 @@ def main(argv: list[str]) -> int:
     parser.add_argument(
         "--results",
         type=Path,
-        help="compare this folder as it is, instead of results/<study> if that is current",
+        help="compare this folder, current or not, instead of results/<study>",
     )
     parser.add_argument(
         "--reference", type=Path, help="reference tables or results; tests/regression/<study>"

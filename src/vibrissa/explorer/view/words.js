@@ -28,7 +28,7 @@ export function told(event, { path, friction }, length) {
     case "passes through":
       return `The tip is parallel to the surface at x0 = ${at}. Beyond, a real rod would lie down (line contact).`;
     case "comes free":
-      return "The tip touches from below again.";
+      return "The rod no longer penetrates the surface.";
     case "swings":
       return isMirrored(path)
         ? "The clamp passes under the contact point: the round rod buckles laterally and then trails behind."
