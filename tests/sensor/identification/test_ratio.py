@@ -157,7 +157,7 @@ def test_samples_that_are_lost_across_a_slip_end_a_period_and_hide_none(before):
     others = np.delete(np.arange(len(whole)), [3, 4, len(whole) - 1])
     assert found.mu0[others] == pytest.approx(whole.mu0[others], abs=2e-3)
     lines = f"{found.first_line[3]}-{found.last_line[3]}"
-    why = "samples are missing after it, or the clamp jumped or turned (measure again)"
+    why = "samples are missing at its end, or the clamp jumped or turned (measure again)"
     assert f"doubtful: {why}: 1 of {len(whole)} periods, line {lines}" in found.notes
 
 
@@ -270,7 +270,7 @@ def test_a_recording_without_slips_is_one_open_period():
     found = read_ratio(run.take(slice(0, 60)), NOISE)
     assert found.status.tolist() == [PeriodStatus.OPEN]
     assert 0.0 < found.low[0] < 0.3
-    with pytest.raises(RecordingError, match="too little"):
+    with pytest.raises(RecordingError, match="too few rows"):
         read_ratio(Recording(clamp=np.zeros(1), readings=np.zeros((1, 3)), line=np.ones(1)), NOISE)
 
 

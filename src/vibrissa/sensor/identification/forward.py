@@ -186,6 +186,6 @@ def _part(heights: FloatArray, branches: list[Response]) -> Heights:
     # What ends a branch, far past its lock, may change with the height.
     if len({len(branch.bounds) for branch in branches}) > 1 or not found.finite:
         raise NoResponseError(
-            f"for heights from {low:.6g} to {high:.6g} (in units of L) the kind of contact changes"
+            f"the contact changes between the heights {low:.6g} and {high:.6g} (in units of L)"
         )
     return found

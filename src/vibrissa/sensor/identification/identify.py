@@ -114,7 +114,7 @@ def identify(
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, method, sensor)
     if len(recording) < FEWEST_SAMPLES:
-        few = f"too little to identify friction from: {len(recording)} usable rows"
+        few = f"too few rows to identify friction from: {len(recording)} usable rows"
         raise RecordingError("; ".join((few, *recording.notes)))
     recording = replace(
         recording,
@@ -147,7 +147,7 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
     except (NoResponseError, RecordingError) as error:
         if method is Method.MODEL:
             alone = task.both_forces and isinstance(error, NoResponseError | WrongRodError)
-            more = "; --method ratio reads the forces without a rod" if alone else ""
+            more = "; --method ratio needs no rod" if alone else ""
             raise type(error)(f"{error}{more}") from error
         found = _read(task)
         return found.noted(f"not compared with the model of the rod: {error}")

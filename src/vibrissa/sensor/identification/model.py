@@ -74,7 +74,7 @@ def unfitted(found: Identification, settled: bool = True) -> Check:
     if not settled:
         why = "the recording is too far from the given set-up to be fitted"
     elif found.fits:
-        why = "a given value is far off for its tolerance"
+        why = "a stated value is off by far more than its tolerance"
     else:
         why = "the recording does not fit the set-up"
     return Check(Grade.DOUBTFUL, np.full(len(found.periods), True), why, summed=settled)
@@ -90,7 +90,7 @@ def _check_states(fit: Fit) -> None:
     if part > MOST_OFF:
         first = fit.task.recording.line[int(blocks.row[off][0])]
         raise WrongRodError(
-            f"{part:.0%} of the samples are no state of this rod, first in line {first}: check "
+            f"{part:.0%} of the samples fit no state of this rod, first in line {first}: check "
             "rod, height, units, zeros, noise and the --moment-origin of vibrissa import"
         )
 
@@ -104,7 +104,7 @@ def _checks(fit: Fit, periods: Periods) -> list[Check]:
     stays = way < CERTAIN * np.hypot(own[1:], own[:-1])
     against = np.append(stays & ~fit.task.spans.passes[:-1], False)
     against |= periods.status == PeriodStatus.BEYOND
-    why = "does not fit a tip that stays where it is; after slow slips state --slip-time"
+    why = "does not fit a tip that sticks; after slow slips state --slip-time"
     return [
         *(
             Check(Grade.WRONG, ~fit.fits_alone & (worst == number), f"{CHANNELS[channel]} {why}")

@@ -249,12 +249,12 @@ def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
     # If few samples are a spike, the period before did not end there. The last may be cut short.
     before = np.append(few[1:-1], [False, False])[: len(few)]
     finer = f"fewer than {FEW} samples in a period: sample more finely"
-    jumped = "samples are missing after it, or the clamp jumped or turned (measure again)"
+    jumped = "samples are missing at its end, or the clamp jumped or turned (measure again)"
     spike = "too few samples: a spike, or a rest to be cut off (import --from)"
     return [
         Check(Grade.DOUBTFUL, (lost | turned) & ~spans.passes, jumped),
         # Where most periods have few samples only a finer recording helps.
         Check(Grade.WRONG, few & coarse, finer, summed=True, coarse=True),
         Check(Grade.WRONG, few & (not coarse), spike),
-        Check(Grade.DOUBTFUL, before & (not coarse), "too few samples after it"),
+        Check(Grade.DOUBTFUL, before & (not coarse), "too few samples in the next period"),
     ]

@@ -280,8 +280,8 @@ def check_forces(forces: FloatArray, noise: FloatArray) -> None:
         raise RecordingError("force_x has one value in all rows: the channel was not recorded")
     if np.median(forces[:, 1]) > -noise[1]:
         raise RecordingError(
-            "force_y is not negative: it is the load of the rod on the clamp, which is negative "
-            "where the rod presses against the surface"
+            "force_y is not negative: give it the other sign; it is the load of the rod on the "
+            "clamp, negative where the rod presses against the surface"
         )
 
 
@@ -291,9 +291,9 @@ def _check_axes(forces: FloatArray, status: StrArray) -> None:
     locked = int((status == PeriodStatus.LOCK).sum())
     if locked > max(2, MOST_LOCK * len(status)) and tangential > normal:
         raise MixedColumnsError(
-            f"in {locked} of {len(status)} periods force_x over force_y falls until the tip slips: "
+            f"in {locked} of {len(status)} periods force_x / force_y falls until the tip slips: "
             "the columns force_x and force_y seem to be swapped. force_x is along the surface, "
-            "force_y normal to it"
+            "force_y normal to the surface"
         )
 
 

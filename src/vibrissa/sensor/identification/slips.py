@@ -198,9 +198,9 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     clear = sudden[(np.abs(sudden) > FALL) & usual]
     if (clear**3).sum() < 0.0:
         raise RecordingError(
-            "force_x grows suddenly where it should fall, in slips: column force_x or footpoint "
-            "has the other sign. force_x is the load of the rod on the clamp, negative where a "
-            "clamp that moves forward pushes the tip"
+            "in slips force_x grows instead of falling: column force_x or footpoint has the wrong "
+            "sign. force_x is the load of the rod on the clamp, negative where a clamp that moves "
+            "forward pushes the tip"
         )
     if not len(spans):
         raise RecordingError("no samples are left between the slips: give a shorter slip_time")
@@ -285,7 +285,7 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
     recording = recording.naming(spiky, "a lone spike").take(row)
     falls = np.diff(load_of(recording, noise)) * direction(recording.smooth)
     spans = _spans(recording.smooth, falls)
-    why = "periods too small for the noise of the readings (record the moment, or less noise)"
+    why = "periods too short for the noise of the readings (record the moment, or less noise)"
     recording, spans = before_swing(recording.naming(spans.between, why), spans)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
     late = max(int(np.ceil(recording.slip_rows)), lasts)

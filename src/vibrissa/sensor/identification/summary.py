@@ -100,10 +100,9 @@ class FrictionSummary:
         if not self.used:
             return
         if self.wrong:
-            yield f"do not rely on it: {self.wrong} of them are graded wrong, see the column doubt"
+            yield f"do not rely on mu0: {self.wrong} periods graded wrong, see the column doubt"
         elif self.doubtful:
-            are = "is" if self.doubtful == 1 else "are"
-            yield f"{self.doubtful} of them {are} in doubt: see the column doubt of the table"
+            yield f"{counted(self.doubtful, 'period')} in doubt: see the column doubt of the table"
         beside = self.found.beside
         if beside is not None and np.isfinite(beside.difference):
             agree = "they agree" if beside.agrees else "they disagree: one of them is wrong"
@@ -143,7 +142,7 @@ class FrictionSummary:
         if fit is None or (fit.fits and not causes):
             return
         if fit.fits:
-            yield "A given value is far off for its tolerance. Candidates, each taken alone:"
+            yield "A stated value is off by far more than its tolerance. Candidates, each alone:"
         else:
             each = (
                 "Candidates, each taken alone:" if causes else "No single difference explains it."

@@ -167,7 +167,7 @@ def _tared(
     zeros, deviation = np.zeros(len(CHANNELS)), noise / np.sqrt(recording.air_rows)
     zeros[own] = np.array(recording.air)[own]
     recording = replace(recording, readings=recording.readings - zeros)
-    recording = recording.noted("the means of the rows without load are the zeros")
+    recording = recording.noted("the zeros are the means of the rows without load")
     return recording, sizes | {ZEROS[i]: float(deviation[i]) for i in own}
 
 
@@ -187,7 +187,7 @@ def _noise(
     else:
         values = np.asarray(noise, dtype=float)
     if values.shape != (len(CHANNELS),) or not ((values >= 0.0).all() and values.any()):
-        raise ArgumentError(f"noise must be three values, none negative, not all 0, got {noise!r}")
+        raise ArgumentError(f"noise must be three values, at least 0, not all 0, got {noise!r}")
     return values
 
 
