@@ -1,4 +1,4 @@
-"""A recording condensed: the samples of each period as means of consecutive ones."""
+"""A condensed recording: means of consecutive samples of each period."""
 
 from dataclasses import dataclass
 
@@ -19,8 +19,8 @@ class Blocks(Batch):
 
     Attributes
     ----------
-    clamp : ndarray
-        Clamp positions (L).
+    clamp, row : ndarray
+        Clamp positions (L), and rows of the recording.
     readings : ndarray, shape (n, 3)
     """
 

@@ -1,8 +1,8 @@
 """One fit of the set-up and of all contacts to all recorded channels, with tolerances as priors.
 
 The parameters p minimise χ²(p) + Σ (p/σ)², where σ are the tolerances and each period has its own
-best contact u(p) (variable projection: Golub and Pereyra, 1973). What remains is the covariance
-C = (JᵀJ + 1/σ²)⁻¹ with J = ∂(residuals)/∂p. This is Bayes' theorem for normal errors.
+best contact u(p) (variable projection: Golub and Pereyra, 1973). The remaining errors of p have the
+covariance C = (JᵀJ + 1/σ²)⁻¹, J = ∂(residuals)/∂p: Bayes' theorem for normal errors.
 """
 
 from dataclasses import dataclass, replace
@@ -40,11 +40,11 @@ class Changes(NamedTuple):
     Attributes
     ----------
     readings : ndarray, shape (k, n, c)
-        In standard deviations, with the best u.
+        Of the readings with the best u, in standard deviations.
     u : ndarray, shape (p, k)
-        Of the best one.
+        Of the best u.
     friction : ndarray, shape (p, k)
-        With a known u.
+        At a fixed u.
     """
 
     readings: FloatArray
@@ -54,7 +54,7 @@ class Changes(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fit:
-    """A set-up, the contacts u with it, and how the residuals change.
+    """A set-up, its contacts u, and the derivatives of the residuals.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Fit:
     kept : ndarray of bool, shape (p,)
         Periods to which the set-up was fitted.
     settled : bool
-        Whether the fit has converged; otherwise it is the given set-up.
+        Whether the fit has converged; otherwise the set-up is as given.
     """
 
     set_up: SetUp
@@ -96,12 +96,12 @@ class Fit:
 
     @cached_property
     def _slope(self) -> FloatArray:
-        """Change of the loads over u, shape (n, 3)."""
+        """Derivative of the loads over u, (n, 3)."""
         return self.set_up.loads(*self.set_up.states(self.u), order=1)
 
     @cached_property
     def slope(self) -> FloatArray:
-        """The same in standard deviations, shape (n, c)."""
+        """`_slope` in standard deviations, shape (n, c)."""
         return self._weighted(self._slope, self._slope)
 
     @cached_property
@@ -126,7 +126,7 @@ class Fit:
 
     @cached_property
     def by_setup(self) -> Changes:
-        """What changes per unit of each parameter."""
+        """Changes per unit of each parameter."""
         blocks, slope = self.task.blocks, self.slope
         readings, friction = self.set_up.changes(self.u)
         found = self._weighted(readings, self._slope)
@@ -138,7 +138,7 @@ class Fit:
 
     @cached_property
     def rows(self) -> BoolArray:
-        """Blocks of the periods that are kept, shape (n,)."""
+        """Whether each block's period is kept, shape (n,)."""
         return self.kept[self.task.blocks.period]
 
     @cached_property
@@ -158,13 +158,13 @@ class Fit:
 
     @cached_property
     def jacobian(self) -> FloatArray:
-        """Change of the residuals that are kept per tolerance, shape (f, m)."""
+        """Change of the m kept residuals per tolerance, shape (f, m)."""
         size, sigma = int(self.free.sum()), self.sigma[self.free]
         return -self.by_setup.readings[self.free][:, self.rows].reshape(size, -1) * sigma[:, None]
 
     @cached_property
     def normal(self) -> FloatArray:
-        """JᵀJ + 1: half the second derivative of the sum that is minimised, shape (f, f)."""
+        """JᵀJ + 1: half the second derivative of `total` over `scores`, shape (f, f)."""
         return np.asarray(self.jacobian @ self.jacobian.T + np.eye(len(self.jacobian)))
 
     @property
@@ -197,14 +197,14 @@ class Fit:
 
     @cached_property
     def heights_of_tips(self) -> tuple[FloatArray, FloatArray]:
-        """How far each tip is below the plane of the surface, and the variance of that (L)."""
+        """Distance of each tip beyond the plane of the surface (L), and its variance."""
         blocks, change = self.task.blocks, self.by_setup.readings[self.task.number["eta"]]
         known = np.maximum(blocks.sums((change**2).sum(axis=1)), 1.0)
         return blocks.sums((change * self.residuals).sum(axis=1)) / known, 1.0 / known
 
     @cached_property
     def misfits(self) -> FloatArray:
-        """Squares of each period, less what its height explains if the surface has slopes, (p,)."""
+        """`squares`, less what the heights of the tips explain if the surface has slopes, (p,)."""
         if not self.task.slope.deviation:
             return self.squares
         height, variance = self.heights_of_tips
@@ -212,7 +212,7 @@ class Fit:
 
     @cached_property
     def unevenness(self) -> tuple[float, int]:
-        """χ² of the heights of the tips for the slope that is allowed, and how many they are."""
+        """χ² of the heights of some tips, given the allowed slope, and their number."""
         if not self.task.slope.deviation:
             return 0.0, 0
         kept = np.flatnonzero(self.kept)
@@ -229,7 +229,7 @@ class Fit:
 
     @cached_property
     def fits_alone(self) -> BoolArray:
-        """Which periods fit one contact by themselves, shape (p,)."""
+        """Whether each period alone fits one contact, shape (p,)."""
         blocks = np.bincount(self.task.blocks.period)
         free = 2 if self.task.slope.deviation else 1
         chance = chdtrc(np.maximum(len(self.task.used) * blocks - free, 1), self.misfits)
@@ -270,9 +270,9 @@ def searched(start: Fit) -> Fit:
 
 
 def _better(fit: Fit) -> Fit | None:
-    """Take a Gauss-Newton step within the bounds, or a part of it by which the sum does not grow.
+    """Take a Gauss-Newton step within the bounds, or a part of it, that does not raise `total`.
 
-    `scipy.optimize.least_squares` zigzags along the bounds: a clamp does not yield less than 0.
+    None if there is none. `scipy.optimize.least_squares` zigzags along bounds such as c ≥ 0.
     """
     low, high = _bounds(fit)
     try:

@@ -1,6 +1,6 @@
 """The forward model: from a set-up p and the state of each period to readings and friction.
 
-The clamp is at X on its way, at an angle δ to the surface, so that the height is
+The clamp is at X on its path, at an angle δ to the surface, so that the height is
 
     h(X) = η − X·sin δ.
 
@@ -35,7 +35,7 @@ STEP, STEP_IN_GAP = 1e-4, 1e-3
 
 
 def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
-    """Change a rod by deviations; its height is in units of its own length."""
+    """Change a rod by deviations; its height is in units of its new length."""
     mounting = given.mounting
     first, *others = mounting.coefficients
     return replace(
@@ -52,7 +52,7 @@ def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
 
 
 def scale_of(size: Mapping[str, float]) -> float:
-    """Way of the clamp, in lengths of the rod, per unit of what was recorded."""
+    """Ratio of true travel of the clamp, in lengths of the rod, to recorded travel."""
     return (1.0 + size["stage_scale"]) / (1.0 + size["length"])
 
 
@@ -132,7 +132,7 @@ class SetUp:
         return self.at(clamp, self.contact(u)[:, None])
 
     def friction(self, u: FloatArray) -> FloatArray:
-        """Friction that the tip needs on the way to its slip, shape (p, 3); up to the lock."""
+        """Friction required on the step to the slip, limited to the lock, shape (p, 3)."""
         states, x0 = self.onset(u)
         x0 = np.clip(x0, states.x0_pull, states.x0_lock)
         return np.asarray(self.task.ends.sign[:, None] * states.demand(x0))
@@ -151,7 +151,7 @@ class SetUp:
         return shown
 
     def changes(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Differentiate readings and friction over each parameter, with the u of each period.
+        """Differentiate readings and friction over each parameter, at fixed u.
 
         Returns
         -------
@@ -180,7 +180,7 @@ class SetUp:
 
 
 def _part(heights: FloatArray, branches: list[Response]) -> Heights:
-    """Interpolate the branch between few heights."""
+    """Interpolate branches between a few heights."""
     low, high = float(heights[0]), float(heights[-1])
     found = Heights(low=low, high=high, branches=tuple(branches))
     # What ends a branch, far past its lock, may change with the height.

@@ -1,7 +1,7 @@
 """Whether a recording fits the given set-up within its tolerances, and if not, likely causes.
 
-A lifted tolerance σ lowers the sum that was minimised by (p/σ)²/(1 − s²/σ²), to first order, for
-a parameter adjusted by p and known to s. Its square root is the surprise.
+To first order, lifting a tolerance σ lowers the minimised sum by (p/σ)²/(1 − s²/σ²) for a parameter
+that the fit changes by p ± s. The square root of this is the surprise.
 """
 
 from collections.abc import Iterable
@@ -37,7 +37,7 @@ class Estimate:
     Attributes
     ----------
     size, deviation : float
-        By how much it is larger than given, and the standard deviation of that.
+        Excess of the parameter over its given value, and its standard deviation.
     """
 
     parameter: Parameter
@@ -46,18 +46,18 @@ class Estimate:
 
     @property
     def surprise(self) -> float:
-        """Distance of the recording from the given set-up, in standard deviations."""
+        """Distance of the parameter from its given value, in standard deviations."""
         tolerance = self.parameter.deviation
         known = 1.0 - (self.deviation / tolerance) ** 2
         return float(abs(self.size) / tolerance / np.sqrt(known)) if known > LITTLE else 0.0
 
     @property
     def far(self) -> bool:
-        """Whether that is far."""
+        """Whether the surprise exceeds `FAR`; not for a wave."""
         return not self.parameter.wave and self.surprise > FAR
 
     def spelled(self, units: Units) -> str:
-        """Format it in the user's units."""
+        """Format this in the user's units."""
         of, given = self.parameter.of, self.parameter.deviation
         size, unit = told(of, self.size, units)
         deviation, tolerance = (told(of, one, units)[0] for one in (self.deviation, given))
@@ -81,7 +81,7 @@ def estimates_of(
 
 @dataclass(frozen=True, kw_only=True)
 class Goodness:
-    """Sum of the squared residuals of a recording, in standard deviations, and how likely it is.
+    """Sum of squared residuals of a recording, in standard deviations, and its probability.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class Goodness:
 
     @property
     def ratio(self) -> float:
-        """χ² per degree of freedom: 1 where the recording fits; NaN without any."""
+        """χ² per degree of freedom, 1 if the recording fits; NaN without degrees."""
         return self.chi2 / self.degrees if self.degrees > 0 else np.nan
 
     @property
@@ -130,7 +130,7 @@ class Goodness:
 
 @dataclass(frozen=True, kw_only=True)
 class Cause(Estimate):
-    """What may be other than it was given, if its tolerance is lifted and no other one.
+    """A quantity that may differ from its given value, its tolerance alone lifted.
 
     Attributes
     ----------
@@ -149,10 +149,10 @@ class Cause(Estimate):
 
 
 def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
-    """Candidates for what is other than given, the likeliest first, to first order.
+    """Find quantities that may differ from their given values, likeliest first, to first order.
 
-    A quantity with a tolerance has it lifted, an exact one is fitted with the contacts and, where
-    the fit has settled, with the quantities that have a tolerance.
+    A tolerance is lifted; an exact quantity is fitted with the contacts and, where the fit has
+    settled, with the quantities that have a tolerance.
     """
     free, settled = fit.free, fit.settled and bool(fit.free.any())
     changes, miss = fit.by_setup.readings[:, fit.rows], fit.residuals[fit.rows]

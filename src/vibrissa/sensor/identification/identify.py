@@ -74,9 +74,9 @@ def identify(
         Standard deviation of one reading of force_x, force_y and moment_z, as in
         ``"3 mN, 3 mN, 10 uN*m"``. Estimated if neither it nor the transducer is given.
     tolerances : mapping of str to str or number, optional
-        Standard deviations of the set-up, as in ``{"clamp_angle": "0.5 deg", "modulus": "2 %"}``,
-        or ``"exact"``, beside those of the whisker: the set-up is fitted within them; see
-        `vibrissa.sensor.tolerances.TOLERABLE`.
+        Standard deviations of the set-up, as in
+        ``{"clamp_angle": "1 deg", "modulus": "2 %", "eta": "exact"}``, beside those of the whisker:
+        the set-up is fitted within them; see `vibrissa.sensor.tolerances.TOLERABLE`.
     assume : bool
         Use default tolerances for quantities without a stated one; otherwise they are exact.
     slip_time : str, optional
@@ -91,7 +91,7 @@ def identify(
     Raises
     ------
     ArgumentError
-        If an argument is out of range or no such quantity.
+        If an argument is out of range or a name unknown.
     RecordingError
         If the recording cannot be used; the message names the line.
     NoResponseError
@@ -137,7 +137,7 @@ def _read(task: Task) -> Identification:
 
 
 def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
-    """Read by one method, and compare with the other where that can be read."""
+    """Read by one method, and compare with the other where that succeeds."""
     try:
         nearest = nearest_states(task, rod)
         check_columns(nearest)
@@ -170,7 +170,7 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
 
 
 def _bears_on_ratio(model: Identification) -> bool:
-    """Whether what the model finds other than it was given may bear on the ratio of the forces."""
+    """Whether differences from the given set-up that the model finds may bear on the ratio."""
     uneven = model.goodness is not None and model.goodness.uneven
     if uneven or any(one.far and one.parameter.of in BEARING for one in model.estimates):
         return True

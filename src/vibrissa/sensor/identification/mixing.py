@@ -53,12 +53,12 @@ class NearestStates:
 
 
 def check_columns(nearest: NearestStates) -> None:
-    """Refuse a recording that comes much nearer to the rod if its columns were mixed up.
+    """Refuse a recording that is much nearer to the rod once a mix-up is undone.
 
     Raises
     ------
     MixedColumnsError
-        If so; the message names the likeliest mix-up.
+        With the likeliest mix-up of columns.
     """
     task = nearest.task
     rows = np.linspace(0, len(task.recording) - 1, SAMPLED).astype(int)
@@ -83,7 +83,7 @@ def check_columns(nearest: NearestStates) -> None:
 
 
 def _mix_ups(used: list[int]) -> Iterator[tuple[str, FloatArray]]:
-    """Mix-ups of the channels that are used, with what undoes each, shape (3, 3)."""
+    """Mix-ups of the used channels, each with the matrix that undoes it, (3, 3)."""
     both = set(FORCES) <= set(used)
     for swapped, signs in product((False, True)[: 1 + both], product((1.0, -1.0), repeat=3)):
         other = [CHANNELS[i] for i in used if signs[i] < 0.0]

@@ -25,7 +25,7 @@ CERTAIN = 6.0
 
 
 def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
-    """States at the height in the middle of the way of the stage.
+    """States at the height half-way along the stage's path.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def _own(fit: Fit) -> FloatArray:
 
 
 def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Change of μ0 by the height of each tip on the surface, and its standard deviation."""
+    """Change of μ0 due to the height of each tip, and its standard deviation."""
     if not (fit.task.slope.deviation and fit.settled):
         return np.zeros(len(fit.u)), np.zeros(len(fit.u))
     height, variance = fit.heights_of_tips
@@ -169,7 +169,7 @@ def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _least(fit: Fit, own: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Least friction with which the tip can have stuck, and whether it stuck past the lock.
 
-    NaN where a state is none of the rod.
+    NaN where a sample is no state of the rod.
     """
     blocks = fit.task.blocks
     states, x0 = fit.set_up.states(fit.u)

@@ -47,12 +47,14 @@ class Parameter:
 
     Attributes
     ----------
+    of : str
+        Name of its tolerance in `TOLERABLE`.
     deviation : float
-        Standard deviation of its prior, in units of the rod, rad, or relative; 0 if it is exact.
+        Standard deviation of its prior, in units of the rod, rad, or relative; 0 if exact.
     effect : callable, optional
-        Change of the readings of the same loads; None of what changes the loads.
+        Change of the readings at the same loads; None if the loads change.
     wave : int
-        Number of the half waves of a drift; 0 for all else.
+        Number of half waves of a drift; 0 for all else.
     """
 
     name: str
@@ -71,7 +73,7 @@ def parameters_of(
     Parameters
     ----------
     full_scale : ndarray, shape (3,)
-        Of the channels, of which crosstalk is a part; NaN for one that was not recorded.
+        Full scale of the channels, for crosstalk; NaN for one that was not recorded.
     """
     there = np.isfinite(full_scale)
     each = (
@@ -107,12 +109,12 @@ def _parts(one: Parameter, full_scale: FloatArray) -> Iterator[Parameter]:
 
 
 def _mixed(matrix: FloatArray) -> Effect:
-    """Effect of a matrix: parts of the loads that the readings show, too."""
+    """Effect that adds a matrix times the loads to the readings."""
     return lambda loads, part, last: loads @ matrix.T
 
 
 def _zero(channel: int, shape: Callable[[FloatArray], FloatArray]) -> Effect:
-    """Effect of a zero that has a shape over the recording."""
+    """Effect of a zero that follows `shape` over the recording."""
     return lambda loads, part, last: shape(part) * np.eye(3)[channel]
 
 

@@ -40,7 +40,7 @@ class Grade(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """A reason to doubt a friction; `summed` if the summary says it, `coarse` if nothing else."""
+    """A reason to doubt a friction; `summed` if the summary has it, `coarse` if it ends there."""
 
     grade: Grade
     periods: BoolArray
@@ -62,10 +62,10 @@ class PeriodStatus(StrEnum):
         The tip stuck past the lock: μ0 is above `low`, which is at most μ_lock. It did not slip, or
         the rod buckled laterally; a recording is read up to there.
     UNSURE
-        By the ratio of the forces of too few samples: `low` alone is known.
+        Too few samples for the ratio of the forces: `low` alone is known.
     BEYOND
-        Its last sticking state is none from which this rod slips, or the clamp went further than
-        the tip can stick, so that noise has hidden slips: μ0 is not known.
+        From its last sticking state this rod cannot slip, or the clamp went further than the tip
+        can stick, so that noise has hidden slips: μ0 is not known.
     """
 
     SLIP = "slip"
@@ -88,23 +88,23 @@ class Periods(Batch):
     first_line, last_line : ndarray of int
         Lines of the file in which these rows stand.
     contact : ndarray
-        Position of the tip (L); NaN where it is not known, without a rod.
+        Position of the tip (L); NaN without a rod.
     footpoint : ndarray
         Position of the clamp in the last sample (L).
     mu0, deviation, low, high : ndarray
-        Static friction there, its standard deviation and the central 95 %. Where only a bound is
-        known the others are NaN.
+        Static friction at the contact point, its standard deviation and its central 95 %. Where
+        only `low` is known the others are NaN.
     common : ndarray
         Part of the deviation that all periods share, from the uncertainty of the set-up; the rest
         is independent.
     by_step : ndarray
-        Part of the deviation by the step of the stage.
+        Part of the deviation due to the stage's step.
     effects : ndarray, shape (p, k)
         Change of μ0 per unit of each of k errors of the set-up.
     checks : tuple of Check
         Reasons to doubt.
     left_out : tuple of str
-        What of the recording was left out, and why.
+        Notes, such as rows left out, and why.
     """
 
     status: StrArray
@@ -153,7 +153,7 @@ class Periods(Batch):
 
     @cached_property
     def grade(self) -> StrArray:
-        """`Grade` of the worst doubt of each period; empty where there is none."""
+        """`Grade` of the worst doubt of each period; empty without a doubt."""
         found = np.full(len(self), "", dtype=f"U{max(map(len, Grade))}")
         for one in sorted(self.checks, key=lambda one: list(Grade).index(one.grade)):
             found[one.periods] = one.grade
@@ -170,7 +170,7 @@ class Periods(Batch):
         return replace(self, checks=(*self.checks, *checks))
 
     def ended(self, status: StrArray, least: FloatArray) -> "Periods":
-        """State how they ended: without a slip only the least friction is known."""
+        """Set how the periods ended; without a slip, only `least` friction is known."""
         slips = status == PeriodStatus.SLIP
         bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))
         return replace(
@@ -210,7 +210,7 @@ def periods_of(
     along : ndarray, shape (p, 3)
         Friction at the beginning, in the middle and at the end of the step in which the tip slips.
     own, common : ndarray, shape (p,)
-        Standard deviations of its error, of each period and of what all share.
+        Standard deviations of its errors: of each period, and shared by all.
     """
     recording, spans = task.recording, task.spans
     growth = np.abs(along[:, 2] - along[:, 0])

@@ -1,7 +1,7 @@
 """Reading without a rod: the ratio of the forces at the onset of slip, μ0 = |fx/fy|.
 
 A polynomial is fitted to each force over the last samples of a period, and read at the onset.
-All periods share its degree: that with the least error. The mean change of μ0 by the next degree,
+All periods share the degree with the least error. The mean change of μ0 by the next degree,
 whose variance is the difference of the two variances (Hausman), is added to μ0; what scatters
 beyond noise is an error of each period (DerSimonian and Laird).
 """
@@ -70,10 +70,9 @@ class Onsets:
     covariance : ndarray, shape (p, degree + 1, degree + 1)
         Of the coefficients, for a reading of variance 1.
     noise : ndarray, shape (2,)
-        Of the forces.
+        Noise of fx, fy.
     step : ndarray, shape (p, 3)
-        Beginning, middle and end of the step to the slip, in windows from the last sample; later
-        by what the readings lag.
+        Beginning, middle and end of the step to the slip, as t; later by the lag of the readings.
     chance : ndarray, shape (p,)
         Probability of such residuals, or larger ones, if the forces are such polynomials.
     change, between, shared : float
@@ -110,7 +109,7 @@ class Onsets:
 
     @property
     def own(self) -> FloatArray:
-        """Standard deviation by noise and by a degree that is too low, of each period, (p,)."""
+        """Standard deviation of each period, by noise and by too low a degree, shape (p,)."""
         return np.asarray(np.hypot(self._read[1][:, 1], np.sqrt(self.between)))
 
     @property
@@ -127,7 +126,7 @@ def deviation_of(ratio: FloatArray, fy: FloatArray, noise: FloatArray) -> FloatA
 
 
 def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
-    """Take the last samples of each period, within the usual way of the clamp.
+    """Take the last samples of each period, within the usual travel of one.
 
     Returns
     -------
@@ -183,7 +182,7 @@ def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: i
 def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
     """Read the ratio of the forces at the onset of slip that ends each period, and its own error.
 
-    Of all degrees, each corrected by the next one, the one with the least error counts.
+    Each degree is corrected by the next; the degree with the least error counts.
     """
     ends, position = task.ends, task.recording.position
     gap = np.where(task.spans.cut, 0.0, ends.gap)
@@ -205,7 +204,7 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
 
 
 def _corrected(low: Onsets, high: Onsets) -> Onsets:
-    """Correct one degree by the mean change of the next, in the middle of the step."""
+    """Add to one degree the mean change by the next, in the middle of the step."""
     change, variance = (high.along - low.along)[:, 1], high.own**2 - low.own**2
     told = (variance > 0.0) & (high.chance > UNLIKELY)
     if not told.any():
@@ -224,7 +223,7 @@ def read_ratio(task: Task) -> Identification:
     Raises
     ------
     RecordingError
-        If the forces are none, press the other way, seem to be swapped, or have no noise.
+        If a force is constant or of the wrong sign, or they seem swapped or have no noise.
     """
     if not task.both_forces:
         raise RecordingError("the method ratio needs the noise of both forces, above 0")
@@ -270,7 +269,7 @@ def _effects(task: Task, mu0: FloatArray, parameters: Sequence[Parameter]) -> Fl
 
 
 def check_forces(forces: FloatArray, noise: FloatArray) -> None:
-    """Refuse a recording in which a force is missing or has the wrong sign.
+    """Refuse a recording with fx constant, or fy of the wrong sign.
 
     Raises
     ------
@@ -286,7 +285,7 @@ def check_forces(forces: FloatArray, noise: FloatArray) -> None:
 
 
 def _check_axes(forces: FloatArray, status: StrArray) -> None:
-    """Refuse a recording of swapped forces: their ratio falls in most periods, from a large one."""
+    """Refuse a recording of swapped forces: a large ratio that falls in most periods."""
     tangential, normal = np.median(np.abs(forces), axis=0)
     locked = int((status == PeriodStatus.LOCK).sum())
     if locked > max(2, MOST_LOCK * len(status)) and tangential > normal:

@@ -74,12 +74,12 @@ class Recording(Batch):
     zeros : dict of str to str
         Standard deviations of the subtracted zeros, from the header of the table.
     air : tuple of float
-        Mean of each channel over the rows without load before the scan, or if there are none those
-        after it; empty without such rows.
+        Mean of each channel over the rows without load before the scan, or else after it; empty
+        without such rows.
     air_rows : int
         Number of these rows.
     slip_rows, delay : float
-        How long a slip lasts at least, and by how much the readings lag, in samples.
+        Least duration of a slip, and lag of the readings, in samples.
     position : float
         Standard deviation of one clamp position (L).
     """
@@ -98,12 +98,12 @@ class Recording(Batch):
 
     @property
     def smooth(self) -> FloatArray:
-        """Clamp positions, averaged over some samples if they have a noise (L)."""
+        """Clamp positions, averaged over some samples if they are noisy (L)."""
         return _averaged(self.clamp) if self.position else self.clamp
 
     @property
     def lag(self) -> FloatArray:
-        """How far the clamp moves by the time that it takes to read the load (L)."""
+        """Travel of the clamp within the delay of the readings (L)."""
         return self.delay * _averaged(np.gradient(self.clamp))
 
     def noted(self, *notes: str) -> Self:
@@ -172,7 +172,7 @@ def read_recording(
 def _used(
     lost: BoolArray, table: series.Table, method: Method
 ) -> tuple[list[int], tuple[str, ...]]:
-    """Choose the channels that are used; name the present ones that are not.
+    """Choose the channels to use; note those present that are not used.
 
     Raises
     ------

@@ -32,6 +32,8 @@ class Beside:
     ----------
     ratio, deviation : ndarray, shape (p,)
         μ0 of each period by the ratio, and its standard deviation; NaN where it was not read.
+    number : int
+        Periods that both methods read.
     difference, spread : float
         Mean of model minus ratio, and its standard deviation. Periods that disagree by themselves
         are left out if they are fewer than half; NaN if too few are left.
@@ -62,17 +64,18 @@ class Identification(Tabular):
     units : Units
         Units of the results.
     by_model : bool
-        Whether they were read by the model of the rod, and not by the ratio of the forces.
+        Whether the model of the rod read the periods, and not the ratio of the forces.
     estimates : tuple of Estimate
-        Of the deviations from the given set-up that have a tolerance.
+        Deviations from the given set-up that have a tolerance.
     covariance : ndarray, shape (k, k)
-        Of the remaining errors of `estimates`, and without a rod of how the forces curve.
+        Of the remaining errors of `estimates` and, by the ratio, of how the forces curve.
     slope : Slope
         Tolerance of the local slope of the surface.
     goodness : Goodness or None
         Whether the recording as a whole fits the given set-up; None without a rod.
     causes : tuple of Cause
-        What may be other than it was given, if it does not, or only far off.
+        Quantities that may differ from their given values, if the recording does not fit or one
+        is far off.
     beside : Beside or None
         The model of the rod beside the ratio of the forces.
     """
@@ -93,7 +96,7 @@ class Identification(Tabular):
 
     @property
     def fits(self) -> bool:
-        """Whether the recording fits what was given, as far as is known."""
+        """Whether the recording fits the set-up; true without a rod."""
         return self.goodness is None or self.goodness.fits
 
     def noted(self, note: str) -> "Identification":

@@ -1,4 +1,4 @@
-"""Slips of a recording, found once for every reading: the load falls against the motion.
+"""Slips of a recording, found once for both methods: the load falls against the motion.
 
 Within a period the load, counted against the motion, only rises, as sticking is stable. A fall
 from peak to trough by more than noise is a slip; samples between them are of neither period.
@@ -76,7 +76,7 @@ class Spans(Batch):
 
     @property
     def between(self) -> IntArray:
-        """Rows of no period, where they are more than a usual period has, and more than a few."""
+        """Rows between two periods, if more than a usual period has and than `MOST_BETWEEN`."""
         rows = [
             np.arange(last + 1, first)
             for last, first in zip(self.ends, self.begins[1:], strict=False)
@@ -105,7 +105,7 @@ class Ends(Batch):
     Attributes
     ----------
     clamp, gap : ndarray
-        Position of the clamp in the last sample, and its way to the first one after the slip (L).
+        Position of the clamp in the last sample, and its travel to the first after the slip (L).
     sign : ndarray
         1 where the clamp moves forward as the tip slips, -1 where backward.
     """
@@ -155,7 +155,7 @@ def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
 def _spans(clamp: FloatArray, falls: FloatArray) -> Spans:
     """Find the periods, at least one; single samples are left out.
 
-    They are cut where samples are missing and the load has risen by too little for sticking.
+    Also cut where samples are missing and the load has risen by too little for sticking.
     """
     begins, ends = _slips(falls)
     steps, usual = np.abs(np.diff(clamp)), usual_step(clamp)
@@ -223,7 +223,7 @@ def direction(clamp: FloatArray) -> FloatArray:
 
 
 def position_noise(clamp: FloatArray) -> float:
-    """Estimate the noise of the clamp positions; 0 of a stage that rests in some steps."""
+    """Estimate the noise of the clamp positions; 0 if the stage rests in some steps."""
     steps = np.diff(clamp)
     scatter = noise_of(clamp[:, None])[0]
     rests = np.mean(steps == 0.0) > RESTS if len(steps) else True
@@ -298,7 +298,7 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
 def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     """Load by force_x and the moment, in standard deviations of one reading, shape (n,).
 
-    It falls while a clamp that moves forward bends the rod, as force_x does.
+    Like force_x, the load falls while a clamp that moves forward bends the rod.
     """
     readings, way = recording.readings / noise, direction(recording.smooth)
     both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])

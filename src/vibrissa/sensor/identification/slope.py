@@ -22,7 +22,7 @@ class Slope:
     Attributes
     ----------
     deviation : float
-        Standard deviation σ (rad); 0 of a plane.
+        Standard deviation σ (rad); 0 on a plane.
     length : float
         Correlation length ℓ (L).
     """
@@ -50,8 +50,8 @@ class Slope:
     def heights(self, place: FloatArray) -> FloatArray:
         """Covariance of the heights of the surface at places, shape (p, p).
 
-        The height is known somewhere on the way: it differs there from that at the first place by
-        as much as that at the last one.
+        The height is known at one place; at the first place it differs from this as much as from
+        the height at the last place.
         """
         at, whole = self.rise(place - place[0]), self.rise(np.ptp(place))
         apart = self.rise(place[:, None] - place)

@@ -1,4 +1,4 @@
-"""Friction of a surface by a recording, in a few numbers and lines.
+"""Friction of a surface from a recording, in a few numbers and lines.
 
 Period i has the friction μ_i, with errors n_i by the readings, s_i by the step and e_i by the
 set-up, which all periods share. The friction varies by t² (DerSimonian and Laird). The step has
@@ -47,26 +47,26 @@ class FrictionSummary:
     Attributes
     ----------
     found : Identification
-        What is summarised.
+        The summarised identification.
     mean : float
         Weighted mean of μ0 over the places where the tip slipped; NaN if nowhere.
     random : float
-        Its standard deviation by errors that differ from period to period.
+        Standard deviation of the mean by errors that differ from period to period.
     common : float
-        Its standard deviation by what all periods share. It does not average out.
+        The same by errors that all periods share; it does not average out.
     if_exact : dict of str to float
         What `deviation` would be if one tolerance were exact and the others as they are, the
         smallest first: what to measure first.
     variation : float
         Standard deviation of μ0 from place to place, beyond its errors; 0 where it is not certain.
     used : int
-        How many periods the mean is of.
+        Number of periods in the mean.
     left : dict of str to int
-        Why the others are left out: their status, or the grade of their doubts.
+        Numbers of the others, by status or by grade of their doubts.
     least : float
-        Largest lower bound of μ0 in any period, but those graded wrong; NaN if there is none.
+        Largest lower bound of μ0 in any period not graded wrong; NaN without a bound.
     doubtful, wrong : int
-        How many of those used are graded so.
+        Numbers of used periods with this grade.
     """
 
     found: "Identification" = field(repr=False)
@@ -87,7 +87,7 @@ class FrictionSummary:
         return float(np.hypot(self.random, self.common))
 
     def __str__(self) -> str:
-        """Format it as lines."""
+        """Format as lines."""
         return "\n".join(self._lines())
 
     def _lines(self) -> Iterator[str]:
@@ -203,7 +203,7 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
 
 
 def _gained(effect: FloatArray, found: "Identification") -> dict[str, float]:
-    """Variance that a value loses if one tolerance were exact."""
+    """Variance that the mean would lose with each tolerance exact."""
     names, gained = [one.parameter.of for one in found.estimates], {}
     along = found.covariance @ effect
     for name in dict.fromkeys(names):

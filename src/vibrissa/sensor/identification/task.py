@@ -71,7 +71,7 @@ class Task:
         return np.flatnonzero(np.isfinite(self.noise)).tolist()
 
     def weighted(self, values: FloatArray) -> FloatArray:
-        """Channels that are used, of shape (..., 3), in standard deviations, (..., c)."""
+        """Take the used channels of (..., 3) values, in standard deviations, (..., c)."""
         return np.asarray(values[..., self.used] / self.noise[self.used])
 
     @property
@@ -87,7 +87,7 @@ class Task:
 
     @property
     def last(self) -> int:
-        """Number of the last row; 1 of a recording of one."""
+        """Number of the last row, from 0; at least 1."""
         return max(len(self.recording) - 1, 1)
 
     @cached_property
@@ -125,7 +125,7 @@ def task_of(
     Raises
     ------
     ArgumentError
-        If an argument is out of range or no such quantity.
+        If an argument is out of range or a name unknown.
     RecordingError
         If the readings have no measurable noise.
     """
@@ -192,7 +192,7 @@ def _noise(
 
 
 def _full_scale(recording: Recording, transducer: Transducer | None, units: Units) -> FloatArray:
-    """Largest readings of a transducer, or in a recording; NaN of a channel without."""
+    """Limits of a transducer, or largest readings; NaN if a channel was not recorded."""
     scale = np.abs(recording.readings).max(axis=0)
     if transducer is not None:
         return np.where(np.isnan(scale), np.nan, np.array(transducer.limit) / units.channels)

@@ -44,7 +44,7 @@ def _integral(z: FloatArray) -> FloatArray:
 
 
 def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
-    """Give the standard deviation of μ0 by the step of the stage, in which the onset is uniform.
+    """Give the standard deviation of μ0 due to the step of the stage: the onset is uniform in it.
 
     Parameters
     ----------
