@@ -126,7 +126,7 @@ class SetUp:
         return self.at(self.task.shown, self.contact(u)[self.task.blocks.period])
 
     def onset(self, u: FloatArray) -> tuple[HeightStates, FloatArray]:
-        """States and displacements with the clamp on its way to the slip, shape (p, 3)."""
+        """States and displacements in the three places of the step to the slip, (p, 3)."""
         ends = self.task.ends
         clamp = ends.clamp[:, None] + ends.gap[:, None] * np.array([0.0, 0.5, 1.0])
         return self.at(clamp, self.contact(u)[:, None])

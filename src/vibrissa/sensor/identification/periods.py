@@ -237,7 +237,7 @@ def periods_of(
 
 
 def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
-    """Check the way of the clamp and the number of samples."""
+    """Check the clamp's path and the number of samples."""
     ends, usual = spans.ends, usual_step(clamp)
     gap = clamp[spans.after] - clamp[ends]
     lost = spans.cut | (np.abs(gap) > LOST * usual)

@@ -2,7 +2,7 @@
 
 A polynomial is fitted to each force over the last samples of a period, and read at the onset.
 All periods share the degree with the least error. The mean change of μ0 by the next degree,
-whose variance is the difference of the two variances (Hausman), is added to μ0; what scatters
+whose variance is the difference of the two variances (Hausman), is added to μ0; its scatter
 beyond noise is an error of each period (DerSimonian and Laird).
 """
 

@@ -9,7 +9,7 @@ the weights w_i = 1/(n_i² + t² + s'_i²), normalised,
     common² = (Σ w_i·s'_i)² + (Σ w_i·e_i)·C·(Σ w_i·e_i)ᵀ.
 
 An exact tolerance i takes (C·e)_i²/C_ii off the variance of the mean, where C is the covariance
-of what remains of the errors, and e the change of the mean per unit of each.
+of the remaining errors, and e the change of the mean per unit of each error.
 """
 
 from collections.abc import Iterator
