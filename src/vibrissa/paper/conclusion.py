@@ -118,7 +118,7 @@ def more_events(evidence: Evidence) -> Finding:
         "distance": (distance, "L"),
         **ends("events at θ = 2", events.loc[2.0], "1"),
         "length of a period just below μ_lock": (pushed, "L"),
-        "length of a period of the dragged rod just above it": (dragged, "L"),
+        "length of a period of the dragged rod just above μ_lock": (dragged, "L"),
     }
     more = np.diff(events.to_numpy(), axis=1)
     return judged(quantities, contradicted=(more < 0).all(), ambiguous=not (more > 0).all())

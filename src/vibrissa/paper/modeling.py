@@ -53,7 +53,7 @@ def event_frequency(evidence: Evidence) -> Finding:
     curve = solve_curve(float(rows["theta"].iloc[0]), evidence.eta)
     quantities |= {
         "events per L of the dragged rod, largest μ0": (1.0 / dragged[-1], "1/L"),
-        "μ0 at which a pushed rod has as many": (curve.mobilised_friction(dragged[-1]), "1"),
+        "μ0 of a pushed rod with as many events": (curve.mobilised_friction(dragged[-1]), "1"),
     }
     return judged(quantities, contradicted=not rises(dragged), condition=True)
 
@@ -75,7 +75,7 @@ def example_rod(evidence: Evidence) -> Finding:
         "smallest strain of a first state": (100 * first, "%"),
         "largest strain of all states": (100 * largest, "%"),
         "strain at the tensile strength of the wire": (100 * limit, "%"),
-        "largest base diameter below it": (1e3 * EXAMPLE.base_diameter * limit / largest, "mm"),
+        "largest d0 below that strain": (1e3 * EXAMPLE.base_diameter * limit / largest, "mm"),
     }
     return judged(quantities, contradicted=first > limit, condition=largest > limit)
 

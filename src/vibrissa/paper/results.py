@@ -150,7 +150,7 @@ def accurate_drive(evidence: Evidence) -> Finding:
     quantities = {
         "values of μ0 missed at θ = 1": (missed[0], "1"),
         "values of μ0 missed at θ = 3": (missed[-1], "1"),
-        "largest step of the example rod that misses none": (1e3 * EXAMPLE.length * shortest, "mm"),
+        "largest step of the example rod to miss no μ0": (1e3 * EXAMPLE.length * shortest, "mm"),
     }
     return judged(quantities, contradicted=missed[0] <= missed[-1])
 

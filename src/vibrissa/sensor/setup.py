@@ -74,7 +74,7 @@ class Setup(Keyed):
     density: Annotated[Measured | None, Kind.DENSITY] = None
     """Density of the material: '7800 kg/m^3'."""
     assume: bool = True
-    """Whether quantities without a stated tolerance have the default one."""
+    """Whether quantities without a stated tolerance have the default tolerance."""
     tolerances: dict[str, Quantity] = Field(default_factory=dict)
     """Standard deviation of a quantity: 'modulus=2 %', 'theta=exact'."""
 

@@ -152,7 +152,7 @@ def random(
     """
     if not (mean > 0.0 and deviation >= 0.0 and correlation > 0.0 and least > 0.0):
         raise ArgumentError(
-            "a random surface needs mean, correlation and least above 0, deviation not below 0"
+            "a random surface needs mean, correlation and least above 0, deviation at least 0"
         )
     generator = np.random.default_rng(seed)
     wave = generator.standard_normal(COSINES) / correlation

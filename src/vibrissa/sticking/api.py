@@ -547,7 +547,7 @@ def _past_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float],
         then = " and trails behind the clamp; its next slip was not found"
     return {
         End.SWINGS_ASIDE: f"the rod buckles laterally at x0 = {x0}{then}",
-        End.SLIPS_BACK: f"it slips back at x0 = {x0}",
+        End.SLIPS_BACK: f"the tip slips back at x0 = {x0}",
         End.SNAPS: f"the rod snaps through at x0 = {x0}",
         End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0} on",
         End.NOT_FOLLOWED: f"the motion was not followed: {curve.end_message}",

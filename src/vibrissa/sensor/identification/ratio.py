@@ -226,7 +226,7 @@ def read_ratio(task: Task) -> Identification:
         If a force is constant or of the wrong sign, or they seem swapped or have no noise.
     """
     if not task.both_forces:
-        raise RecordingError("the method ratio needs the noise of both forces, above 0")
+        raise RecordingError("the method ratio needs both forces, with a noise above 0 each")
     forces, noise = task.recording.readings[:, FORCES], task.noise[FORCES]
     check_slips(task.recording, task.spans, task.noise)
     check_forces(forces, noise)
