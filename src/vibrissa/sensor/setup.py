@@ -115,7 +115,7 @@ class Setup(Keyed):
         }
 
     def in_si(self, name: str) -> float | None:
-        """SI value of a quantity, which needs a unit; None if it is not stated."""
+        """SI value of a quantity written with its unit; None if not stated."""
         measured = getattr(self, name)
         return None if measured is None else self.kinds()[name].read(str(measured.value), name)
 

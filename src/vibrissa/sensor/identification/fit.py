@@ -40,11 +40,11 @@ class Changes(NamedTuple):
     Attributes
     ----------
     readings : ndarray, shape (k, n, c)
-        Of the readings with the best u, in standard deviations.
+        Readings in standard deviations, each u fitted anew.
     u : ndarray, shape (p, k)
-        Of the best u.
+        The fitted u.
     friction : ndarray, shape (p, k)
-        At a fixed u.
+        μ0, u fixed.
     """
 
     readings: FloatArray

@@ -130,7 +130,7 @@ class Goodness:
 
 @dataclass(frozen=True, kw_only=True)
 class Cause(Estimate):
-    """A quantity that may differ from its given value, its tolerance alone lifted.
+    """A quantity that may be off, and by how much if only its tolerance is lifted.
 
     Attributes
     ----------

@@ -58,7 +58,7 @@ class Branches(Batch):
     def prescribing(
         self, weights: Mapping[int, FloatArray | float], value: FloatArray | float = 0.0
     ) -> ClosingCondition:
-        """Prescribe a weighted sum at the height of the clamp: fx where α = 0, φ1 at a kink."""
+        """E2, and a weighted sum of end quantities as E3: fx where α = 0, φ1 at a kink."""
         height = self.eta - self.tilt * self.x1_init
         return ClosingCondition.prescribing(height, weights, value, self.tilt)
 
