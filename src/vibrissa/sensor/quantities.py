@@ -146,7 +146,7 @@ class Measured(NamedTuple):
     def read(cls, given: Quantity) -> Self:
         """Split ``"210 ± 5 GPa"``, ``"210 GPa +/- 2 %"``, ``"(210 ± 5) GPa"`` or ``"85.0(1) mm"``.
 
-        A unit behind the value or the tolerance alone is that of both.
+        If only the value or the tolerance has a unit, both have it.
 
         Examples
         --------

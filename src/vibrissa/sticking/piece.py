@@ -179,7 +179,7 @@ class Pieces(Batch):
         places: FloatArray | None = None,
         derivative: int = 0,
     ) -> FloatArray:
-        """Find where a quantity first reaches levels: where weights·columns = value.
+        """Where `sampled` first reaches its level; exactly, weights·columns = value.
 
         Parameters
         ----------

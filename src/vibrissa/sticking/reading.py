@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CurveArray:
-    """Sticking curves side by side; `index`, shape (m,), is the number of each row's curve."""
+    """Sticking curves; an argument `index`, shape (m,), numbers the curve of each value."""
 
     curves: tuple["StickingCurve", ...]
 
