@@ -250,7 +250,7 @@ def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
     before = np.append(few[1:-1], [False, False])[: len(few)]
     finer = f"fewer than {FEW} samples in a period: sample more finely"
     jumped = "samples are missing at its end, or the clamp jumped or turned (measure again)"
-    spike = "too few samples: a spike, or a rest to be cut off (import --from)"
+    spike = "too few samples: a spike, or a rest to be cut off (import --from, --to)"
     return [
         Check(Grade.DOUBTFUL, (lost | turned) & ~spans.passes, jumped),
         # Where most periods have few samples only a finer recording helps.
