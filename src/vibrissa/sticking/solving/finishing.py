@@ -189,8 +189,8 @@ def _with_dips(at: FloatArray, looked: Clearance, beyond: int) -> FloatArray:
             rise = max(values[before[k]], values[after[k]]) - values[k]
             low, high = at[before[k]], at[after[k]]
             # Between two places a dip, be it a kink, falls by no more than it rises to the next one
-            # in the same distance; here distances differ.
-            if values[k] < 4.0 * rise and high - low > LIMIT_TOLERANCE:
+            # in the same distance; here distances differ. What is level up to rounding is no dip.
+            if values[k] + TOLERANCE < 4.0 * rise and high - low > LIMIT_TOLERANCE:
                 places.append(np.linspace(low, high, ZOOM))
     return np.unique(np.concatenate(places))
 
