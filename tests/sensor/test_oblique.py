@@ -198,6 +198,26 @@ def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_poi
     assert found.reactions == pytest.approx(level.reactions, abs=1e-3)
 
 
+@pytest.mark.parametrize(("wild", "said"), [(1e5, "to 0.85 L"), (-1e5, "to 5")])
+def test_a_recorded_position_at_which_the_rod_cannot_be_is_refused(wild, said):
+    whisker = Whisker.read(THETA, ETA, stage_angle="3 deg")
+    table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["0.2"]).to_pandas()
+    table.loc[40, "footpoint"] = wild
+    with pytest.raises(NoResponseError, match=f"heights from .*{said}.*check the positions"):
+        identify(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False)
+
+
+@pytest.mark.slow
+def test_friction_is_read_until_the_rod_is_almost_upright():
+    whisker = Whisker.read(THETA, ETA, stage_angle="-0.1 rad")
+    table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["1.49"]).to_pandas()
+    found = identify(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False).periods
+    slip = found.status == "slip"
+    # As it rises the tip locks in the end.
+    assert slip.sum() > 15 and (found.status[~slip] == "lock").all()
+    assert found.mu0[slip] == pytest.approx(MU0, abs=0.006)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("angle", ["3 deg", "-3 deg"])
 def test_friction_is_read_at_the_height_of_each_period(angle):

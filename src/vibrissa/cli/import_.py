@@ -24,8 +24,8 @@ def import_(
     """Turn a laboratory's file into a recording for identify; report how it was read.
 
     Finds encoding, separator, decimal sign, titles, units and the rows without load before the rod
-    is lowered, whose mean is subtracted. Turns axes, and moves the moment to the clamp. Ambiguous
-    files are rejected, with the options to add.
+    touches the surface, whose mean is subtracted. Turns axes, and moves the moment to the clamp.
+    Ambiguous files are rejected, with the options to add.
     """
     found = import_recording(series.content_of(file), settings, series.name_of(file))
     for line in found.report():

@@ -62,7 +62,9 @@ def legendre_series(n: int, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     Both have the shape tau.shape + (n,), n at least 1.
     """
-    vandermonde = legendre.legvander(2.0 * tau - 1.0, n)
+    from scipy.special import legendre_p_all  # a tenth of a second to load
+
+    vandermonde = np.moveaxis(legendre_p_all(n, 2.0 * tau - 1.0)[0], 0, -1)
     degree = np.arange(1, n)
     integrals = np.empty((*tau.shape, n))
     integrals[..., 0] = tau

@@ -23,7 +23,14 @@ from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.sensor.identification.parameters import OF_ROD
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.response.branch import Response, responses
-from vibrissa.sensor.response.heights import HIGHEST, LOWEST, HeightRange, Heights, HeightStates
+from vibrissa.sensor.response.heights import (
+    HIGHEST,
+    LOWEST,
+    HeightRange,
+    Heights,
+    HeightStates,
+    check_range,
+)
 from vibrissa.sensor.whisker import Whisker
 
 # Heights per part of the range of a stage, the widest part, and how much farther it is known, as
@@ -69,7 +76,7 @@ def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
     ends = task.ends
     way = np.append(task.blocks.clamp, ends.clamp + ends.gap)
     nodes = [
-        _nodes(rod.height(scale_of(size) * way)) for rod, size in zip(rods, sizes, strict=True)
+        _nodes(rod, rod.height(scale_of(size) * way)) for rod, size in zip(rods, sizes, strict=True)
     ]
     levels = [
         rod.level(eta)
@@ -84,13 +91,15 @@ def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
     ]
 
 
-def _nodes(height: FloatArray) -> FloatArray:
+def _nodes(rod: Whisker, height: FloatArray) -> FloatArray:
     """Heights at which a rod is solved, a row for each part of their range (L)."""
-    room = ROOM * (1.0 - float(height.max()))
-    low = max(float(height.min()) - room, LOWEST)
-    high = min(float(height.max()) + room, HIGHEST)
-    number = max(1, int(np.ceil((high - low) / (WIDE * (1.0 - high)))))
-    edges = np.linspace(low, high, number + 1)
+    low, high = float(height.min()), float(height.max())
+    check_range(rod, low, high)
+    room = ROOM * (1.0 - high)
+    low, high = max(low - room, LOWEST), min(high + room, HIGHEST)
+    # From part to part the gap to an upright rod grows by the same factor.
+    number = max(1, int(np.ceil(np.log((1.0 - low) / (1.0 - high)) / np.log1p(WIDE))))
+    edges = 1.0 - np.geomspace(1.0 - low, 1.0 - high, number + 1)
     return np.asarray(edges[:-1, None] + np.diff(edges)[:, None] * chebyshev_nodes(FEW))
 
 

@@ -14,6 +14,7 @@ from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slips import check_slips
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation
+from vibrissa.sensor.response.heights import check_range
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
@@ -30,11 +31,12 @@ def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
     Raises
     ------
     NoResponseError
-        If the rod has no response.
+        If the rod has no response, or the stage takes it too near to the clamp or too far from it.
     """
-    clamp = task.recording.clamp
-    middle = float(whisker.height(0.5 * (clamp.min() + clamp.max())))
-    return NearestStates(task=task, branch=whisker.level(middle).response)
+    heights = whisker.height(task.recording.clamp)
+    low, high = float(heights.min()), float(heights.max())
+    check_range(whisker, low, high)
+    return NearestStates(task=task, branch=whisker.level(0.5 * (low + high)).response)
 
 
 def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identification:

@@ -86,7 +86,7 @@ class Settings(Keyed):
     """Point about which the moment acts, from the clamp: '1 mm, 0 mm'."""
     tare: Annotated[tuple[At, At] | None, BeforeValidator(_two)] = None
     """Window without load, whose mean is the zero: '0 s, 2 s'. By default the rows before the rod
-    is lowered, if the clamp rests then."""
+    touches the surface, if the clamp rests then."""
     speed: Annotated[Positive | None, Kind.SPEED] = None
     """Speed of the stage, if its position is missing: '0.1 mm/s'."""
     rate: Annotated[Positive | None, Kind.RATE] = None

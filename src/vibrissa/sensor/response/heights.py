@@ -13,7 +13,7 @@ from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
-from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.sensor.quantities import Kind
@@ -235,6 +235,23 @@ class Stage:
         return states, np.asarray(states.x1_init + np.asarray(side) * ahead)
 
 
+def check_range(whisker: Whisker, low: float, high: float) -> None:
+    """Refuse heights too near to the clamp, or to an upright rod.
+
+    Raises
+    ------
+    NoResponseError
+    """
+    least, most, lowest, highest = (
+        whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high, LOWEST, HIGHEST)
+    )
+    if low < LOWEST or high > HIGHEST:
+        raise NoResponseError(
+            f"the stage takes the rod to heights from {least} to {most}, but they must lie between "
+            f"{lowest} and {highest}: shorten the path, or check the positions of the clamp"
+        )
+
+
 def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
     """Solve a rod on a level stage at all heights of a range.
 
@@ -245,19 +262,11 @@ def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
 
     Raises
     ------
-    ArgumentError
-        If the range comes too near to the clamp, or to an upright rod.
     NoResponseError
-        If the rod has no response at one of the heights.
+        If the range comes too near to the clamp, or to an upright rod, or the rod has no response
+        at one of the heights.
     """
-    least, most, lowest, highest = (
-        whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high, LOWEST, HIGHEST)
-    )
-    if low < LOWEST or high > HIGHEST:
-        raise ArgumentError(
-            f"the stage takes the rod to heights from {least} to {most}, but they must lie between "
-            f"{lowest} and {highest}: shorten the path"
-        )
+    check_range(whisker, low, high)
     responses([whisker])
     down, up = np.arange(whisker.eta, low, -WIDEST), np.arange(whisker.eta, high, WIDEST)
     edges = np.unique([low, *down, *up, high]).tolist()
