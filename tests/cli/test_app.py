@@ -297,7 +297,7 @@ def test_an_onset_does_not_wait_for_libraries_that_it_does_not_need():
 import sys
 from vibrissa.cli.app import app
 app(sys.argv[1:], standalone_mode=False)
-heavy = {"scipy", "pandas", "pyarrow", "pint", "matplotlib", "rich", "uncertainties"}
+heavy = {"pandas", "pyarrow", "pint", "matplotlib", "rich", "uncertainties"}
 print(heavy & {name.partition(".")[0] for name in sys.modules})
 """
     asked = ["solve", *WHISKER, "--mu0", "0.4", "--step", "0.0002"]
