@@ -1,4 +1,4 @@
-"""The command line: a file for each command.
+"""The command line, with a module for each command.
 
-Reads arguments and files, calls the package, writes results; it decides nothing.
+A command reads arguments and files, calls the package, and writes the results.
 """

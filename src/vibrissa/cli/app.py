@@ -1,4 +1,4 @@
-"""The command line ``vibrissa``: puts the commands together, each loaded when it is called."""
+"""The command line ``vibrissa``; each command is loaded when it is called."""
 
 from importlib import import_module
 from keyword import iskeyword
@@ -10,7 +10,7 @@ from typer.core import TyperCommand, TyperGroup
 from vibrissa.errors import UndeterminedError, VibrissaError
 
 HELP: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
-# What each does, as its own help says: so the list of commands does not load them.
+# Summary of each command, the same as in its own help: the list then need not load the commands.
 COMMANDS = {
     "solve": "One rod on one surface: onset of slip, clamp reactions and largest strain.",
     "scan": "Move the clamp over a surface and write the signals, step by step.",
@@ -21,29 +21,29 @@ COMMANDS = {
 
 
 def command_of(name: str) -> Any:
-    """Load a command from its module; names that Python reserves end in an underscore."""
+    """Load a command from its module; a reserved word has an underscore there, as in import_."""
     own = name + "_" * iskeyword(name)
     return getattr(import_module(f"vibrissa.cli.{own}"), own)
 
 
 class Commands(TyperGroup):
-    """Commands by name; prints an error that the user can correct, and exits."""
+    """Group of the commands; an error of the user ends with a message and an exit code."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of the commands."""
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, name: str) -> Any:
-        """Return a command with its help alone, for the list."""
+        """Return a command for the list, which has a summary and no options."""
         return TyperCommand(name, help=COMMANDS[name]) if name in COMMANDS else None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Load the command that is called, with NumPy, SciPy and the solvers if it needs them."""
+        """Load the called command, and the libraries that it imports."""
         name, _, rest = super().resolve_command(ctx, args)
         return name, command_of(str(name)), rest
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command."""
+        """Run a command; after an error print its message and exit with code 1 or 2."""
         try:
             return super().invoke(ctx)
         except BrokenPipeError:

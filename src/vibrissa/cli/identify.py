@@ -32,17 +32,17 @@ def identify(
     method: Annotated[
         Method | None,
         option(
-            "model: all channels, through the model of the rod; ratio: both forces, without a rod. "
-            "The other method is computed, too, and compared.",
+            "model: from all channels, by the model of the rod; ratio: from the ratio of the "
+            "forces, without a rod. With a rod, both are computed and compared.",
             SIGNALS,
             show_default="model with a rod, else ratio",
         ),
     ] = None,
     slip_time: Annotated[
-        str | None, option("Duration of a slip, whose samples are left out: '10 ms'.", SIGNALS)
+        str | None, option("Duration of a slip; its samples are left out: '10 ms'.", SIGNALS)
     ] = None,
     delay: Annotated[
-        str | None, option("Delay of the readings, as by a low-pass filter: '4 ms'.", SIGNALS)
+        str | None, option("Delay of the readings, as of a low-pass filter: '4 ms'.", SIGNALS)
     ] = None,
     output: Out = None,
     verbose: Annotated[
@@ -53,9 +53,9 @@ def identify(
     """Find the periods of sticking in a measured time series, and the friction of each.
 
     The table has one row for each period: position of the tip, mu0 with its standard deviation and
-    95 % interval, the lines of its samples, and why it may be in doubt. Lines that miss a value,
-    are saturated or are spikes are left out and named, and so is what follows where a round rod
-    buckles. The exit code is 2 after an error in the input.
+    95 % interval, the lines of its samples, and the reason if it is doubtful. Lines with a missing
+    value, a saturated reading or a spike are left out and listed. If a round rod buckles laterally,
+    the lines after that are left out, too. The exit code is 2 after an error in the input.
     """
     whisker = None if setup.theta is None and setup.eta is None else setup.whisker
     material = material_of(setup)
@@ -65,7 +65,7 @@ def identify(
         method=method,
         transducer=setup.transducer,
         noise=setup.noise,
-        # A whisker has its tolerances.
+        # A whisker already holds its tolerances.
         tolerances=setup.tolerances if whisker is None else None,
         assume=setup.assume,
         slip_time=slip_time,
@@ -81,7 +81,7 @@ def identify(
 
 
 def _lines(found: Identification, verbose: bool) -> Iterator[str]:
-    """Summarise periods and assumed tolerances; list estimates that moved far, or all."""
+    """Summarise friction and assumed tolerances; list estimates far from their values, or all."""
     known = (found.periods.status == PeriodStatus.SLIP).sum()
     yield f"{counted(len(found.periods), 'period')}, friction of {known} of them"
     yield str(found.summary())

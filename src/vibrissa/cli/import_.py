@@ -23,9 +23,9 @@ def import_(
 ) -> None:
     """Turn a laboratory's file into a recording for identify; report how it was read.
 
-    Finds encoding, separator, decimal sign, titles, units and the rows without load before the rod
-    touches the surface, whose mean is subtracted. Turns axes, and moves the moment to the clamp.
-    Ambiguous files are rejected, with the options to add.
+    Finds encoding, separator, decimal sign, titles and units. Subtracts the mean of the rows before
+    the rod touches the surface. Turns the axes, and refers the moment to the clamp. An ambiguous
+    file is rejected; the message names the options to add.
     """
     found = import_recording(series.content_of(file), settings, series.name_of(file))
     for line in found.report():

@@ -1,4 +1,4 @@
-"""Options of the commands: files, and fields of the model that a command reads."""
+"""Options of the commands: files, and the fields of the pydantic model that a command reads."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -17,10 +17,10 @@ from vibrissa.sensor.series import ENDINGS, STANDARD, Tabular, check_ending, wri
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
 
-# Panels in which `--help` shows options, each with names of fields.
+# Panels of `--help`, each with the names of the fields that are its options.
 Panels = Mapping[str, Sequence[str]]
 
-# Fields of a set-up that are typed often; `--set` has the others.
+# Fields of a set-up that have an option; `--set` takes the others.
 SETUP: Panels = {
     "Rod": ("theta", "eta", "modulus", "diameter", "length", "contact", "material"),
     "Mounting": ("clamp_angle", "stage_angle"),
@@ -28,7 +28,7 @@ SETUP: Panels = {
 
 
 def option(text: str, panel: str | None, *names: str, **more: Any) -> Any:
-    """Describe an option: its meaning, and its panel in the help."""
+    """Make an option with a text and a panel in the help."""
     return typer.Option(*names, help=" ".join(text.split()), rich_help_panel=panel, **more)
 
 
@@ -39,21 +39,21 @@ Out = Annotated[Path | None, option(_TABLE, "Output", "--output", "-o")]
 def command(
     panels: Panels, epilog: str, file: str = "--rod", endings: Sequence[str] = ENDINGS
 ) -> Callable[[Callable[..., None]], Any]:
-    """Make a command of a function, with options in place of its model parameter.
+    """Turn a function into a command, with options in place of the parameter that is a model.
 
-    The model is the one parameter annotated by a class, with a method ``read(path, **fields)``.
-    The output is checked before anything is computed.
+    This is the only parameter annotated with a class; the class has a method
+    ``read(path, **fields)``. The output path is checked before anything is computed.
 
     Parameters
     ----------
     panels : mapping of str to sequence of str
-        Fields of the model, or of a `Setup`, that are options, by panel.
+        For each panel of the help, fields of the model or of a `Setup` that become options.
     epilog : str
-        Examples.
+        Examples, printed below the help.
     file : str
-        Option for a TOML file with these fields as keys.
+        Name of the option for a TOML file with these fields as keys.
     endings : sequence of str
-        Endings of the option ``--output``.
+        File name endings allowed for ``--output``.
     """
 
     def decorate(function: Callable[..., None]) -> Any:
@@ -81,7 +81,7 @@ def command(
 
 
 def _options(panels: Panels, fields: Mapping[str, FieldInfo], file: str) -> dict[str, Parameter]:
-    """Make options for fields and a file, and, for a set-up, one for all other fields."""
+    """Make an option for each field and for the file; for a set-up, also ``--set``."""
     types = {
         name: _annotation(name, fields[name], panel) for panel in panels for name in panels[panel]
     }
@@ -104,12 +104,12 @@ def _options(panels: Panels, fields: Mapping[str, FieldInfo], file: str) -> dict
 
 
 def _annotation(name: str, field: FieldInfo, panel: str) -> Any:
-    """Describe an option by its field; pydantic validates its value."""
-    # What has a unit is described in the units that a user writes.
+    """Make the annotation of an option from its field; pydantic validates the value."""
+    # A default in SI units is not shown: the text of the field has it in a usual unit.
     measured = any(isinstance(mark, Kind) and mark is not Kind.NUMBER for mark in field.metadata)
     shown = str(field.default) if isinstance(field.default, str | float) and not measured else False
     written = f"--{(field.alias or name).replace('_', '-')}"
-    if get_origin(field.annotation) is dict:  # each time one of its keys
+    if get_origin(field.annotation) is dict:  # repeatable, with one key each time
         pairs = option(f"{field.description}", panel, written.removesuffix("s"))
         return Annotated[list[str] | None, pairs]
     return Annotated[str | None, option(f"{field.description}", panel, written, show_default=shown)]
@@ -148,7 +148,7 @@ def _pairs(given: Sequence[str], name: str) -> dict[str, str]:
 
 
 def _check_output(values: Mapping[str, Any], endings: Sequence[str]) -> None:
-    """Refuse an output that is no writable file, or an input."""
+    """Refuse an output path that cannot be written, or that is an input."""
     output = values.get("output")
     if output is None:
         return
@@ -165,7 +165,7 @@ def _check_output(values: Mapping[str, Any], endings: Sequence[str]) -> None:
 
 
 def hand_out(found: Tabular, text: str, output: Path | None) -> None:
-    """Write a result as a table, if an output is given, and print a text."""
+    """Print a text, and write a result as a table if an output is given."""
     if output is not None:
         write(output, found)
     typer.echo(text, err=output == STANDARD)

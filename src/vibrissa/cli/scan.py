@@ -20,11 +20,13 @@ def scan(
     step: Annotated[str, option("Step of the stage: '20 um'.", MOTION)],
     to: Annotated[
         list[str],
-        option("Where the stage stops. Repeat it for a way back: --to 1 --to 0.", MOTION),
+        option("Position at which the stage stops. Repeat to go back: --to 1 --to 0.", MOTION),
     ],
     output: Out,
     mu0: Annotated[str | None, option("Constant friction coefficient.", SURFACE)] = None,
-    patches: Annotated[str | None, option("Patches: '0 mm: 0.3, 50 mm: 0.4'.", SURFACE)] = None,
+    patches: Annotated[
+        str | None, option("Start and mu0 of each patch: '0 mm: 0.3, 50 mm: 0.4'.", SURFACE)
+    ] = None,
     profile: Annotated[
         Path | None, option("Measured surface: a table with columns x and mu0.", SURFACE)
     ] = None,
@@ -41,8 +43,8 @@ def scan(
 ) -> None:
     """Move the clamp over a surface and write the signals, step by step.
 
-    A sensor records the columns `footpoint`, `force_x`, `force_y` and `moment_z`. The others are
-    known only here: position of the tip, x0, friction under the tip, period and phase.
+    A sensor would record the columns `footpoint`, `force_x`, `force_y` and `moment_z`. Only a
+    simulation has the others: position of the tip, x0, friction under the tip, period and phase.
     """
     whisker, material = setup.whisker, material_of(setup)
     surface = surfaces.read_surface(

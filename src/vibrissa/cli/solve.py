@@ -22,7 +22,7 @@ def solve(
 ) -> None:
     """One rod on one surface: onset of slip, clamp reactions and largest strain.
 
-    A tip that locks is a result, too: its status says so. The exit code is 1 if nothing can be
+    Self-locking is a result, too: its status is `lock`. The exit code is 1 if nothing can be
     computed, 2 after an error in the input.
     """
     whisker, material = setup.whisker, material_of(setup)

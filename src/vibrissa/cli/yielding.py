@@ -1,4 +1,4 @@
-"""A warning where a rod is bent beyond what its material bears."""
+"""A warning if the strain of a rod exceeds the yield strain of its material."""
 
 from typing import TYPE_CHECKING
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 def material_of(setup: Setup) -> "Material | None":
-    """Give the likely material of a rod in SI units, else None.
+    """Return the likely material of a rod; None if the set-up states no modulus.
 
     Raises
     ------
     ArgumentError
-        If a material is stated, but no modulus, or if there is no such material.
+        If a material is stated without a modulus, or if there is no such material.
     """
     if setup.modulus is not None:
-        # What designs a rod takes a second to load.
+        # The package `design` takes a second to load.
         from vibrissa.design.materials import likely_material
 
         return likely_material(setup)
@@ -33,7 +33,7 @@ def material_of(setup: Setup) -> "Material | None":
 
 
 def warn_of_yield(whisker: Whisker, end: float, material: "Material | None") -> None:
-    """Warn if the rod yields in a period of sticking, with the place.
+    """Warn if the rod yields in a period of sticking; the warning names the most strained place.
 
     Parameters
     ----------

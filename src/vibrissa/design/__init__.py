@@ -1,6 +1,6 @@
-"""The choice of a rod for a sensor: requirements, constraints, materials, the search.
+"""Design of the rod of a sensor: requirements, constraints, materials and the search.
 
-The command line calls `design`. It builds on `vibrissa.sensor`.
+The command line calls `design`. This package builds on `vibrissa.sensor`.
 """
 
 from vibrissa.design.candidate import Candidate

@@ -1,6 +1,6 @@
-"""A rod: its constraints, and the sources of uncertainty in μ0 measured with it.
+"""One candidate rod: its constraints, and the parts of the uncertainty of the μ0 that it measures.
 
-Strains grow with the size of the rod as d0/L, forces as E·d0⁴/L², moments as E·d0⁴/L.
+Strains scale with d0/L, forces with E·d0⁴/L², moments with E·d0⁴/L.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,14 +24,15 @@ from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
 GRAVITY = 9.80665
-# A slip shows where the forces jump by so many standard deviations of the difference of two
-# readings. The shortest period must exceed that by the second factor: one slip in 1,000 is missed
-# then, and one in two at a factor of 1.
+# A slip is detected if the forces jump by JUMP standard deviations of the difference of two
+# readings. After the shortest period the jump must be CLEARLY times as large: one slip in 1,000 is
+# missed then, and one in two if the factor were 1.
 JUMP, CLEARLY = 6.0, 1.5
-# Least ratio of mu_lock to the largest friction, and largest one of the weight to the normal force:
-# the model has no gravity.
+# Least ratio of mu_lock to the largest friction coefficient. Largest ratio of the weight to the
+# normal force, as the model has no gravity.
 LOCK_FACTOR, WEIGHT = 1.1, 0.1
-# Within its default tolerance, 0.02/L, a natural curvature brings the touch nearer by up to 9 %.
+# Least ratio of the displacement at which more than the tip touches to the longest period: a
+# natural curvature within its default tolerance, 0.02/L, lowers that displacement by up to 9 %.
 BEFORE_TOUCH = 1.1
 
 
@@ -39,11 +40,20 @@ BEFORE_TOUCH = 1.1
 class Limit:
     """A constraint on one rod or on many, with an upper or a lower bound.
 
-    ``strain``: largest strain of a period; ``lock``: μ_lock; ``tip``: diameter of the tip;
-    ``weight``: weight over the least normal force; ``touch``: displacement at which more than the
-    tip touches, over the longest period; a channel: its largest reaction; ``steps``: steps of the
-    shortest period; ``slips``: shortest period over a noticed slip; ``spacing``: largest clamp
-    travel between slips.
+    Attributes
+    ----------
+    name : str
+        Name of the bounded quantity. ``strain``: largest strain. ``lock``: μ_lock. ``tip``:
+        diameter of the tip. ``weight``: weight over the least normal force. ``touch``:
+        displacement at which more than the tip touches, over the longest period. A channel:
+        largest reaction. ``steps``: steps in the shortest period. ``slips``: shortest period over
+        the shortest that is detected. ``spacing``: clamp travel in the longest period.
+    value : ndarray
+        Value for each rod, in SI units.
+    bound : float
+        Bound of the value, in SI units.
+    upper : bool
+        Whether the bound is an upper bound.
     """
 
     name: str
@@ -54,16 +64,16 @@ class Limit:
 
     @property
     def use(self) -> FloatArray:
-        """Part of the limit that is used; violated above 1."""
+        """Value over its upper bound, or lower bound over the value; violated above 1."""
         with np.errstate(divide="ignore"):
             value = np.asarray(self.value)
             return np.asarray(value / self.bound if self.upper else self.bound / value)
 
 
 def limits_of(r: Requirements, pair: Pair, diameter: ArrayLike, length: ArrayLike) -> list[Limit]:
-    """List the constraints on rods of a pair (θ, η) and of diameters and lengths (m).
+    """List the constraints on the rods of a pair (θ, η) with given diameters and lengths (m).
 
-    Constraints that allow everything are left out.
+    Infinite upper bounds and lower bounds of 0 are left out.
     """
     d, along = np.asarray(diameter), np.asarray(length)
     force = np.pi / 64.0 * r.material.modulus * d**4 / along**2  # E·I0/L² (N)
@@ -98,14 +108,18 @@ def _limits(
 
 
 class TolerancePart(NamedTuple):
-    """Part of one tolerance in the uncertainty of μ0.
+    """Contribution of one tolerance to the uncertainty of μ0.
 
     Attributes
     ----------
+    name : str
+        Name of the quantity with this tolerance.
     size : float
-        Standard deviation, in units of the rod, rad, or relative.
+        Standard deviation of the quantity, in units of the rod, rad, or relative.
+    stated : bool
+        Whether the user stated the tolerance; otherwise it is the default.
     halved : float
-        Relative fall of the uncertainty if this tolerance is halved.
+        Relative decrease of the uncertainty of μ0 if this tolerance is halved.
     """
 
     name: str
@@ -116,10 +130,10 @@ class TolerancePart(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Candidate:
-    """One rod, and the standard deviation of μ0 from one of its periods.
+    """One rod, and the standard deviation of μ0 measured in one period of sticking.
 
-    Deviations are at the k friction coefficients of the requirements, shape (k,); NaN where the tip
-    locks.
+    Standard deviations have the shape (k,), for the k values in `Requirements.frictions`; NaN where
+    the tip locks.
 
     Attributes
     ----------
@@ -127,7 +141,7 @@ class Candidate:
     pair : Pair
         The pair (θ, η) of the rod.
     diameter, length : float
-        Its size (m).
+        Diameter at the clamp and length of the rod (m).
     """
 
     requirements: Requirements
@@ -157,46 +171,46 @@ class Candidate:
 
     @property
     def setup(self) -> Setup:
-        """Set-up with this rod."""
+        """Set-up of the requirements, completed with this rod."""
         return self.requirements.rod_setup(self.theta, self.eta, self.diameter, self.length)
 
     @cached_property
     def whisker(self) -> Whisker:
-        """The rod under the surface, with the tolerances that were stated."""
+        """The rod and the height of the surface, with the stated tolerances."""
         return self.setup.whisker
 
     @cached_property
     def checks(self) -> list[Limit]:
-        """Every constraint, the most used first."""
+        """All constraints, sorted by decreasing use."""
         found = limits_of(self.requirements, self.pair, self.diameter, self.length)
         return sorted(found, key=lambda check: -float(f"{check.use:.3g}"))
 
     @property
     def by_step(self) -> FloatArray:
-        """Random part due to the step of the stage: an onset is uniform in a step."""
+        """Part due to the step of the stage: the onset is uniformly distributed over a step."""
         return step_deviation(self.pair.demand_slope, self.requirements.step / self.length)
 
     @property
     def by_reading(self) -> FloatArray:
-        """Random part due to the noise of the readings."""
-        with np.errstate(divide="ignore"):  # a period of no length tells nothing
+        """Part due to the noise of the readings."""
+        with np.errstate(divide="ignore"):  # infinite for a period of length 0, without readings
             return np.asarray(np.abs(self.pair.demand_slope) / np.sqrt(self._known))
 
     @cached_property
     def by_tolerances(self) -> FloatArray:
-        """Part common to all periods: tolerances after the fit of `identify`, and surface slope."""
+        """Part due to the slope of the surface, and to the tolerances after a fit by `identify`."""
         effect, covariance = self._errors
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
         return np.sqrt(common + self._of_slope**2)
 
     @cached_property
     def whole(self) -> FloatArray:
-        """All three parts, added in quadrature."""
+        """Standard deviation of μ0: its three parts added in quadrature."""
         return np.sqrt(self.by_step**2 + self.by_reading**2 + self.by_tolerances**2)
 
     @property
     def largest(self) -> float:
-        """Whole uncertainty at the friction where it is largest."""
+        """Largest standard deviation of μ0; NaN if the tip locks at one of the k values."""
         return float(self.whole.max())
 
     @property
@@ -205,7 +219,7 @@ class Candidate:
 
     @cached_property
     def tolerances(self) -> dict[str, float]:
-        """Tolerances, stated or by default, in units of the rod."""
+        """Stated and default tolerances by name, in units of the rod, rad, or relative."""
         assume = self.requirements.setup.assume
         assumed = assumed_tolerances(self.whisker.units, self._noise) if assume else {}
         return assumed | dict(self.whisker.tolerances)
@@ -216,30 +230,30 @@ class Candidate:
 
     @cached_property
     def _weight(self) -> FloatArray:
-        """Inverse variances of readings at the nodes of a period, shape (k, x, 3)."""
+        """Number of readings at each of x nodes of a period, over their variance, (k, x, 3)."""
         readings = self.x0_slip / self.requirements.step
         return np.asarray(readings[:, None, None] * NODE_WEIGHTS[:, None] / self._noise**2)
 
     @cached_property
     def _known(self) -> FloatArray:
-        """Inverse variance of the contact u of a period, (jᵀj), shape (k,)."""
+        """Inverse variance jᵀj of the last displacement u of a period, shape (k,)."""
         return np.asarray((self._weight * self.pair.sensitivity.contact**2).sum(axis=(1, 2)))
 
     def _sigma(self) -> FloatArray:
-        """Tolerances of all parameters, shape (q,); crosstalk is a part of full scale."""
+        """Return the standard deviations of q parameters; of crosstalk, per unit of other load."""
         full = np.array(self.requirements.largest) / self.whisker.units.channels
         full = np.where(np.isfinite(full), full, np.abs(self.pair.reactions).max(axis=0))
         parameters = parameters_of(self.tolerances, frozenset(), full)
         sigma = np.array([one.deviation for one in parameters])
         for k, one in enumerate(parameters):
             if one.of == "crosstalk" and one.effect is not None:
-                # Of loads of 1 the other channel shows the ratio of the full scales.
+                # For loads of 1 the effect is the ratio of the full scales of the two channels.
                 sigma[k] *= one.effect(np.ones(3), np.zeros(1), 1).max()
         return sigma
 
     @cached_property
     def _errors(self) -> tuple[FloatArray, FloatArray]:
-        """Effect D, shape (k, q), and covariance C, shape (k, q, q), for p in tolerances."""
+        """Effect D, (k, q), and covariance C, (k, q, q), of `pairs`, with p in tolerances σ."""
         of, sigma, weight = self.pair.sensitivity, self._sigma(), self._weight
         setup = of.setup * sigma
         both = np.einsum("kxc,kpxcq->kpq", weight * of.contact, setup)
@@ -256,10 +270,11 @@ class Candidate:
         )
 
     def parts(self) -> list[TolerancePart]:
-        """List the effect of halving each tolerance on the largest uncertainty, largest first.
+        """List how much halving each tolerance lowers the largest uncertainty, largest first.
 
-        To halve one, its parameters k are measured once more, with a third of their variance S.
-        Then D·C·Dᵀ falls by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, Cₖ the columns of k in C.
+        Halving is one more measurement of the parameters k with this tolerance, with a third of
+        their variance S. It lowers D·C·Dᵀ by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, where Cₖ are the columns k
+        of C, and Cₖₖ their rows k.
         """
         if not np.isfinite(self.largest):
             return []

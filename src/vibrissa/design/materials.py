@@ -1,7 +1,7 @@
-"""Materials of rods: stiffness, and the strain up to which they stay elastic.
+"""Materials of rods: Young's modulus, and the yield strain, up to which they are linear elastic.
 
-It is the yield strain of metals, the beginning of the plateau of superelastic metals, the
-proportional limit of polymers, and fracture of brittle materials.
+The yield strain of a superelastic metal is the start of its plateau, that of a polymer the
+proportional limit, and that of a brittle material the strain at fracture.
 """
 
 from pathlib import Path
@@ -12,23 +12,23 @@ from vibrissa.sensor.keys import Card, Positive
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.setup import Setup
 
-# A modulus that was measured is that of a material up to this factor.
+# A measured modulus may differ from that of the named material by less than this factor.
 OTHER = 1.5
-# A rod of which the modulus alone is known is made of a material whose modulus differs less.
+# Without a named material, its modulus may differ from the measured one by less than this part.
 ALIKE = 0.1
 
 
 class Material(Card):
-    """A material.
+    """A linear elastic material, in SI units.
 
     Attributes
     ----------
     modulus : float
         Young's modulus (Pa).
     yield_strain : float
-        Strain up to which the material is linear and elastic.
+        Strain up to which the material is linear elastic.
     density : float or None
-        In kg/m³.
+        Density (kg/m³).
     """
 
     modulus: Annotated[Positive, Kind.STRESS]
@@ -36,12 +36,12 @@ class Material(Card):
     density: Annotated[Positive | None, Kind.DENSITY] = None
 
     def with_modulus(self, modulus: float) -> Self:
-        """Give the same material with a measured modulus; it yields at the same stress.
+        """Replace the modulus by a measured one; the yield stress stays the same.
 
         Raises
         ------
         ArgumentError
-            If the modulus is that of another material.
+            If the two moduli differ by a factor of 1.5 or more.
         """
         if not 1.0 / OTHER < modulus / self.modulus < OTHER:
             raise ArgumentError(
@@ -57,14 +57,14 @@ MATERIALS = Material.presets(Path(__file__).with_name("materials.toml"))
 
 
 def stated_material(setup: Setup) -> Material | None:
-    """Give the material that a set-up names, or whose modulus and yield strain it states.
+    """Return the material of a set-up: named, or of stated modulus and yield strain; or None.
 
-    A stated modulus or density takes the place of that of a named material.
+    A stated modulus or density replaces that of the named material.
 
     Raises
     ------
     ArgumentError
-        If material and yield strain are given, or the modulus does not fit the material.
+        If both a material and a yield strain are stated, or the modulus does not fit the material.
     """
     modulus, density = setup.in_si("modulus"), setup.in_si("density")
     stated = {} if density is None else {"density": density}
@@ -81,7 +81,7 @@ def stated_material(setup: Setup) -> Material | None:
 
 
 def likely_material(setup: Setup) -> Material | None:
-    """Give the stated material, or else the strongest one with about the stated modulus."""
+    """Return the stated material, or the preset of similar modulus and largest yield strain."""
     found = stated_material(setup)
     modulus = setup.in_si("modulus")
     if found is not None or modulus is None:

@@ -1,14 +1,15 @@
-"""Pairs (θ, η), each solved once for all sizes of rods, and the sensitivity of friction to errors.
+"""Pairs (θ, η), each solved once for rods of all sizes, and the sensitivity of friction to errors.
 
 Lengths are in L, forces in E·I0/L², moments in E·I0/L and strains in d0/L.
 
-`identify` fits the set-up p, within its tolerances, and the contact u of each period to all
-readings. With J and j the changes of the readings per unit of p and of u, in standard deviations,
+`identify` fits to all readings the parameters p of the set-up, with the tolerances σ, and the last
+displacement u of each period. Let J and j be the derivatives of the readings of a period with
+respect to p and u, in standard deviations of the readings. The covariance of p is
 
-    A = Σ JᵀJ − Σ (Jᵀj)(jᵀJ)/(jᵀj) + 1/σ²,    C = A⁻¹,
+    C = (Σ JᵀJ − Σ (Jᵀj)(jᵀJ)/(jᵀj) + 1/σ²)⁻¹,    summed over the periods.
 
-C is the covariance of p. The friction of a period changes by D = ∂μ/∂p − ∂μ/∂u·(jᵀJ)/(jᵀj) per p:
-D·C·Dᵀ is common to all periods, and (∂μ/∂u)²/(jᵀj) is random.
+The friction of a period changes by D = ∂μ/∂p − ∂μ/∂u·(jᵀJ)/(jᵀj) per unit of p. Its variance has
+the part D·C·Dᵀ, common to all periods, and the random part (∂μ/∂u)²/(jᵀj).
 """
 
 from dataclasses import dataclass, replace
@@ -27,37 +28,37 @@ from vibrissa.sensor.response.branch import Response, tabulated
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
 
-# States of a period among which the largest reactions are sought.
+# Places in a period, as parts of its length, at which the largest reactions are sought.
 PLACES = np.linspace(0.0, 1.0, 129)
-# Periods of the recording to which the set-up is fitted, and rows of each, as far as their number
-# counts: for a creep.
+# Number of periods in the recording to which the set-up is fitted, and number of rows in each
+# period, on which only the effect of creep depends.
 PERIODS, ROWS = 30, 100
-# Of which periods readings are computed, where in a period, as parts of it, and their weights; the
-# last one is the onset, where friction is read.
+# Quadrature over the periods (STARTS, PART_WEIGHTS), and over the displacement in one period, as
+# parts of its length (NODES, NODE_WEIGHTS). The last node is the onset, where friction is read.
 STARTS = PERIODS * (np.polynomial.legendre.leggauss(6)[0] + 1.0) / 2.0
 PART_WEIGHTS = np.polynomial.legendre.leggauss(6)[1] / 2.0
 NODES = np.append((np.polynomial.legendre.leggauss(8)[0] + 1.0) / 2.0, 1.0)
 NODE_WEIGHTS = np.append(np.polynomial.legendre.leggauss(8)[1] / 2.0, 0.0)
-# Properties for each of which another rod is solved, and the steps of the derivatives: away from
-# the surface, where there is a choice.
+# Properties whose derivatives need another rod solved, and the steps of the finite differences.
 STEPS = dict.fromkeys((*OF_ROD, "eta"), 1e-4) | {"eta": -1e-4, "curvature": -1e-4}
-# What `identify` fits, with crosstalk as a part of the same full scale of all channels.
+# Parameters that `identify` fits. For crosstalk, the full scale of each channel is 1.
 PARAMETERS = parameters_of({}, frozenset(), np.ones(3))
 
 
 class Sensitivity(NamedTuple):
-    """Changes of readings and friction at k frictions, per unit of u and of q parameters.
+    """Derivatives of readings and friction with respect to u and to q parameters.
 
-    Readings are at x nodes in each of p periods, in units of the rod.
+    They are taken at k friction coefficients. Readings are at x nodes in each of p periods, in
+    units of the rod.
 
     Attributes
     ----------
     contact : ndarray, shape (k, x, 3)
-        Change of the readings over u (1/L).
+        Derivatives of the readings with respect to u.
     setup : ndarray, shape (k, p, x, 3, q)
-        Change of the readings over each parameter.
+        Derivatives of the readings with respect to the parameters.
     friction : ndarray, shape (k, p, q)
-        ∂μ/∂p.
+        Derivatives ∂μ/∂p of the friction with respect to the parameters.
     """
 
     contact: FloatArray
@@ -79,7 +80,7 @@ class Pair:
     longest : float
         Length of the longest period (L).
     strain : float
-        Largest strain in that period (d0/L).
+        Largest strain in the longest period (d0/L).
     """
 
     response: Response
@@ -95,23 +96,23 @@ class Pair:
 
     @cached_property
     def reactions(self) -> FloatArray:
-        """Reactions fx, fy and m in the longest period, shape (n, 3)."""
+        """Clamp reactions fx, fy and m at `PLACES` of the longest period, shape (129, 3)."""
         return self.response(self.longest * PLACES)
 
     @cached_property
     def least_slope(self) -> FloatArray:
-        """Derivatives of fx and fy with respect to x0 where the sum of their squares is least."""
+        """Derivatives d/dx0 of fx and fy where the sum of their squares is least, shape (2,)."""
         slopes = self.response.slope(self.longest * PLACES)[:, :2]
         return np.asarray(slopes[np.argmin((slopes**2).sum(axis=1))])
 
     @cached_property
     def demand_slope(self) -> FloatArray:
-        """Growth of the demand −tan α with x0 at each onset (1/L)."""
+        """Derivative of the mobilised friction −tan α with respect to x0 at each onset (1/L)."""
         return self.response.demand_slope(self.x0_slip)
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
-        """Sensitivity of the friction, in periods up to the onset or the lock."""
+        """Sensitivity of the friction, for periods that end at each onset, or at the lock."""
         end = np.where(np.isfinite(self.x0_slip), self.x0_slip, self.response.x0_lock)
         return sensitivity_of(self.response, end, self.contact)
 
@@ -119,7 +120,7 @@ class Pair:
 def survey(
     theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
 ) -> list[Pair]:
-    """Solve pairs (θ, η) at k increasing friction coefficients; leave out unsolved pairs.
+    """Solve pairs (θ, η), with the onset at k increasing friction coefficients; drop failed pairs.
 
     Raises
     ------
@@ -150,7 +151,7 @@ def survey(
 
 
 def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sensitivity:
-    """Compute the sensitivity of a pair, with periods that end at k displacements (L)."""
+    """Compute the sensitivity of friction in periods that end at k displacements x0 (L)."""
     x0 = end[:, None] * NODES
     y, slope, eta = response(x0), response.slope(x0), response.curve.eta
     moved = dict(zip(STEPS, _moved(response.curve, contact), strict=True))
@@ -171,7 +172,7 @@ def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sen
             changes[one.name] = one.effect(loads, part, PERIODS * ROWS)
     shape = (len(end), len(STARTS), len(NODES), 3)
     setup = np.stack([np.broadcast_to(changes[p.name], shape) for p in PARAMETERS], axis=-1)
-    # The demand fx/fy at the onset changes with the loads themselves alone.
+    # Friction is fx/fy of the loads at the onset: only parameters that change the loads change it.
     fx, fy, _ = np.moveaxis(setup[:, :, -1], 2, 0)
     demand = response.demand(end)[:, None, None]
     of_loads = np.array([one.effect is None for one in PARAMETERS])
@@ -180,7 +181,7 @@ def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sen
 
 
 def _moved(curve: StickingCurve, contact: Contact) -> list[StickingCurve]:
-    """Solve the rods that differ from one by a step of one property."""
+    """Solve, for each property in `STEPS`, the rod with this property changed by its step."""
     theta, eta = (
         np.array([getattr(curve, own) + step * (name == own) for name, step in STEPS.items()])
         for own in ("theta", "eta")
@@ -193,7 +194,7 @@ def _moved(curve: StickingCurve, contact: Contact) -> list[StickingCurve]:
 
 
 def _loads(curve: StickingCurve, x0: FloatArray) -> FloatArray:
-    """Reactions of a rod, shape x0.shape + (3,); NaN if it is not solved."""
+    """Clamp reactions at displacements x0, shape x0.shape + (3,); NaN for an unsolved curve."""
     if curve.status is not Status.SOLVED:
         return np.full((*x0.shape, 3), np.nan)
     state = curve.state(x0)

@@ -1,6 +1,6 @@
-"""What a rod is to measure, with what, and the constraints it must meet.
+"""Requirements on a rod: range of friction, stage, transducer, sizes to choose from, constraints.
 
-Each requirement is a field; the command line makes an option of it.
+Each requirement is a field of `Requirements` and an option of the command line.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from vibrissa.sticking.api import MOST_TAPER
 
 Choice = tuple[float, ...]
 
-# Tapers to which a rod as it is sold, the first, is turned, ground or printed.
+# Tapers: 1 is a rod as it is sold; the others are turned, ground or printed.
 TAPERS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
 # Diameters in which wire and rods are sold (m).
 DIAMETERS = tuple(
@@ -35,12 +35,12 @@ DIAMETERS = tuple(
 )
 # Lengths to which a rod is cut (m).
 LENGTHS = tuple(1e-3 * mm for mm in range(20, 210, 10))
-# How many heights of a range are tried.
+# Number of heights that are tried in a range.
 MOST_HEIGHTS = 15
 
 
 def choices_of(text: str, read: Callable[[str], float], sold: Choice = ()) -> Choice:
-    """Read a value, a list, or a range: its ends and the sizes that are sold between them.
+    """Read a value, a list, or a range; a range has its ends and the sizes sold between them.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def choices_of(text: str, read: Callable[[str], float], sold: Choice = ()) -> Ch
 
 
 def heights_of(text: str, lengths: Choice) -> Choice:
-    """Read heights in units of the length, or with a unit where the rod has a single length."""
+    """Read heights in units of the length; a height in mm needs a single length of the rod."""
 
     def read(part: str) -> float:
         if is_number(part):
@@ -73,7 +73,7 @@ def heights_of(text: str, lengths: Choice) -> Choice:
 
 
 def _between(low: float, high: float) -> Choice:
-    """Heights from `low` to `high`, the closer together the nearer to an upright rod."""
+    """Heights from `low` to `high` (L), spaced more closely near 1, the upright rod."""
     if not 0.0 < low < high < 1.0:
         return tuple(sorted({low, high}))
     between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, MOST_HEIGHTS), 3)[1:-1]
@@ -82,9 +82,9 @@ def _between(low: float, high: float) -> Choice:
 
 HEIGHTS = _between(0.5, 0.98)
 
-# Values of μ0 in its range at which the uncertainty is computed.
+# Number of values of μ0 in its range at which the uncertainty is computed.
 FRICTIONS = 5
-# What is chosen, and what can be had of it.
+# Quantities that the design chooses, and values that are sold or can be made.
 SIZES = ("theta", "eta", "diameter", "length")
 SOLD = {"theta": TAPERS, "diameter": DIAMETERS, "length": LENGTHS}
 
@@ -94,9 +94,9 @@ Taper = Annotated[float, Field(ge=1.0, le=MOST_TAPER)]
 
 
 class Requirements(Keyed):
-    """What a rod is to measure, with what, and the constraints it must meet; see `read`.
+    """Requirements on a rod, made by `read`.
 
-    `theta`, `eta` (L), `diameter` and `length` (m) are the values to choose from, `mu0` has the
+    `theta`, `eta` (L), `diameter` and `length` (m) hold the values to choose from. `mu0` holds the
     ends of its range.
     """
 
@@ -127,14 +127,14 @@ class Requirements(Keyed):
 
     @classmethod
     def read(cls, path: Path | str | None = None, **asked: Any) -> Self:
-        """Read requirements from text, and from a set-up file, whose keys arguments override.
+        """Read requirements from arguments and a set-up file; an argument overrides the file.
 
         Parameters
         ----------
         **asked
-            Fields of requirements and of a `Setup`, None for the default. Quantities are text with
-            a unit. ``theta``, ``eta``, ``diameter`` and ``length`` are a
-            value, a list, ``"0.8 mm, 1 mm"``, or a range, ``"20 to 100 mm"``, of what can be had.
+            Fields of `Requirements` and of `Setup`; None is the default. Quantities are text with a
+            unit. ``theta``, ``eta``, ``diameter`` and ``length`` are each a value, a list
+            (``"0.8 mm, 1 mm"``) or a range (``"20 to 100 mm"``) of sizes to choose from.
 
         Raises
         ------
@@ -195,7 +195,7 @@ class Requirements(Keyed):
 
     @cached_property
     def noise(self) -> FloatArray:
-        """Standard deviations of the noise in single readings of force_x, force_y, moment_z, SI."""
+        """Standard deviation of the noise in one reading of force_x, force_y and moment_z (SI)."""
         if self.setup.noise is None:
             return np.array(preset(str(self.setup.transducer)).deviation)
         parts = channels_of(self.setup.noise, "noise")
@@ -203,7 +203,7 @@ class Requirements(Keyed):
 
     @property
     def largest(self) -> tuple[float, float, float]:
-        """Largest reading of each channel, in SI units; infinite if the noise alone is given."""
+        """Largest reading of each channel (SI); infinite if no transducer is given."""
         named = self.setup.transducer
         return (np.inf, np.inf, np.inf) if named is None else preset(named).limit
 
@@ -214,11 +214,11 @@ class Requirements(Keyed):
 
     @property
     def given(self) -> bool:
-        """Whether the whole rod is given, so that it is only checked."""
+        """Whether all four sizes have a single value; the rod is then only checked."""
         return all(len(getattr(self, name)) == 1 for name in SIZES)
 
     def rod_setup(self, theta: float, eta: float, diameter: float, length: float) -> Setup:
-        """Complete the set-up by the sizes of one rod (m), in millimetres."""
+        """Return the set-up with the sizes of one rod; `diameter` and `length` are in m."""
         stated = self.setup.modulus
         modulus = Measured(f"{1e-9 * self.material.modulus:.10g} GPa", stated and stated.tolerance)
         return self.setup.model_copy(

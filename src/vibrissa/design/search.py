@@ -13,11 +13,11 @@ from vibrissa.design.requirements import Requirements
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.tolerances import told
 
-# By this much a limit may be exceeded, as numbers are rounded.
+# Relative excess over a bound that is allowed, for rounding.
 ROUNDING = 1e-9
-# A limit counts as used up from here on, as sizes have steps.
+# Constraints are active from this use on: sizes come in steps, so that few rods reach a bound.
 USED_UP = 0.9
-# Told are tolerances whose halving brings so much, and so many at most.
+# A tolerance is printed if halving it lowers the uncertainty by this part; largest number printed.
 BRINGS, MOST_PARTS = 0.01, 4
 
 
@@ -46,7 +46,7 @@ class Design:
     message : str
     best : Candidate
     rods : list of Candidate
-        All that meet the constraints, the best first.
+        All rods that meet the constraints, the best first.
     """
 
     status: DesignStatus
@@ -64,7 +64,7 @@ class Design:
 
     @property
     def active_constraints(self) -> list[str]:
-        """Constraints nearly used up, or violated if no rod meets all; most used first."""
+        """Constraints used to 90 % or more, or violated if no rod meets all; most used first."""
         least = USED_UP if self.status is DesignStatus.FOUND else 1.0 + ROUNDING
         return [check.name for check in self.best.checks if check.use >= least]
 
@@ -139,7 +139,7 @@ class Design:
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Write rows of a table, with columns below each other."""
+    """Format rows of a table as lines with aligned columns."""
     widths = [max(map(len, column)) + 3 for column in zip(*rows, strict=True)]
     return [
         "".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
@@ -150,13 +150,13 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 def design(requirements: Requirements) -> Design:
     """Find the rod that measures friction best, and its active constraints.
 
-    The best rod has the smallest uncertainty of μ0 from one period of sticking, random and by the
-    tolerances, at that μ0 of the range where it is largest.
+    The best rod has the smallest uncertainty of μ0 from one period of sticking, taken at the μ0 of
+    the range where this uncertainty is largest. It includes noise, step and tolerances.
 
     Parameters
     ----------
     requirements : Requirements
-        If they give all four sizes of a rod, only that rod is checked.
+        If each of the four sizes has a single value, this rod is only checked.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def design(requirements: Requirements) -> Design:
     sizes = np.array(r.diameter)[:, None], np.array(r.length)
     shape = (len(r.diameter), len(r.length))
     limits = [limits_of(r, pair, *sizes) for pair in pairs]
-    # Part of each limit that is used: by pair, limit, diameter and length.
+    # Use of each limit; axes: pair, limit, diameter, length.
     use = np.array([[np.broadcast_to(one.use, shape) for one in some] for some in limits])
     most = use.max(axis=1)
 
@@ -208,7 +208,7 @@ def design(requirements: Requirements) -> Design:
 
 
 def _violated(nearest: Candidate, alone: Sequence[str]) -> str:
-    """Name the constraints that a rod violates, and any that, dropped, would allow a rod."""
+    """Write which constraints the rod violates, and which single ones to drop to allow a rod."""
     factors = ", ".join(
         f"{check.name} (by a factor of {check.use:.3g})"
         for check in nearest.checks
