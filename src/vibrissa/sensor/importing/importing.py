@@ -17,20 +17,21 @@ from vibrissa.sensor.series import Column, Tabular, listed, numbers
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 
-# What takes the place of a column that is not in the file.
+# Options that replace a column missing in the file.
 INSTEAD = {"time": " or --rate '50 Hz'", "footpoint": " or --speed, --from and --to"}
 NO_TARE = (
     "no tare: readings without load are taken as 0; if the rod was free for a while, add --tare, "
     "as in --tare '0 s, 2 s'"
 )
-# Successive readings may share an error (a filter, hum): that of a mean is estimated from means of
-# so many blocks, if there are enough readings.
+# Errors of successive readings may be correlated (filter, hum). With enough readings, the error of
+# their mean is therefore estimated from the means of this number of blocks.
 BLOCKS, FEWEST_IN_BLOCKS = 20, 100
-# Fewer readings do not give a zero with its error.
+# Least number of readings for a zero and its error.
 FEWEST_READINGS = 3
-# A reading that is so many standard deviations off has changed: by chance one of 10^6 has.
+# A change of a reading by this many standard deviations is a load: noise exceeds it once in 10^6.
 CHANGED = 5.0
-# So much of the usual load of the motion is a load; of the rows before it, so many are taken.
+# Least change at the first touch, as a part of the usual load in motion; part of the rows before
+# this change whose mean is the zero.
 LOADED, TAKEN = 0.3, 0.8
 
 Values = dict[str, FloatArray]
@@ -68,7 +69,7 @@ At = Annotated[Place, BeforeValidator(_place)]
 
 
 class Settings(Keyed):
-    """Settings of an import; None: found in the file, or absent.
+    """Settings of an import; None: to be found in the file, or not used.
 
     Examples
     --------
@@ -77,13 +78,13 @@ class Settings(Keyed):
     """
 
     column: dict[str, str] = Field(default_factory=dict)
-    """Column of the file for a channel, with its unit if the file has none: 'force_x=Fz [mN]',
-    'force_y=-Fy' with the other sign, 'time=#1' by number. Repeat it. Columns named time,
-    footpoint, force_x, force_y and moment_z are found."""
+    """Column of the file for a channel, with its unit if the file has none: 'force_x=Fz [mN]';
+    'force_y=-Fy' turns its sign, 'time=#1' is the first column. Repeat for each channel. Columns
+    named time, footpoint, force_x, force_y and moment_z need no option."""
     turn: Annotated[float, Kind.ANGLE] = 0.0
     """Angle by which the file's axes are turned from x to y: '90 deg'."""
     moment_origin: Annotated[tuple[float, float], BeforeValidator(_lengths)] = (0.0, 0.0)
-    """Point about which the moment acts, from the clamp: '1 mm, 0 mm'."""
+    """Point to which the file's moment refers, from the clamp: '1 mm, 0 mm'."""
     tare: Annotated[tuple[At, At] | None, BeforeValidator(_two)] = None
     """Window without load, whose mean is the zero: '0 s, 2 s'. By default the rows before the rod
     touches the surface, if the clamp rests then."""
@@ -92,16 +93,16 @@ class Settings(Keyed):
     rate: Annotated[Positive | None, Kind.RATE] = None
     """Samples per second, if the time is missing: '50 Hz'."""
     from_: At | None = Field(None, alias="from")
-    """First sample to take, by time or clamp position: '2 s'. With --speed, when the stage begins
-    to move."""
+    """First sample to take, by time or clamp position: '2 s'. With --speed: the time at which the
+    stage begins to move."""
     to: At | None = None
-    """Last sample to take: '40 s'. With --speed, when the stage stops."""
+    """Last sample to take: '40 s'. With --speed: the time at which the stage stops."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, '.' or ','. Found by default."""
 
     @property
     def made(self) -> set[str]:
-        """Columns that are not taken from the file."""
+        """Columns that are computed from `rate` or `speed`, not taken from the file."""
         replaced = {"time": self.rate, "footpoint": self.speed}
         return {name for name, given in replaced.items() if given is not None}
 
@@ -144,11 +145,11 @@ class Imported(Tabular):
     Attributes
     ----------
     values : dict of str to ndarray
-        In SI units; NaN where a value is missing.
+        Columns in SI units; NaN where a value is missing.
     zeros : dict of str to Zero
         Readings without load, which were subtracted from the channels.
     notes : tuple of str
-        What was found in the file and done with it.
+        What was found in the file, and how it was converted.
     units : Units
         Units of the printed zeros: those of the file.
     """
@@ -167,7 +168,7 @@ class Imported(Tabular):
         }
 
     def header(self) -> dict[str, str]:
-        """Zeros as ``310.254 ± 0.27 mN``; `vibrissa identify` reads their errors."""
+        """Zeros as ``310.254 ± 0.27 mN``, from which `vibrissa identify` takes their errors."""
         header = {}
         for name, zero in self.zeros.items():
             value, _ = self.units.told(zero.value, KINDS[name])
@@ -177,7 +178,7 @@ class Imported(Tabular):
         return header
 
     def report(self) -> tuple[str, ...]:
-        """How the file was read, and its zeros, line by line."""
+        """Lines on how the file was read, and on its zeros."""
         rows = {f"zero_{name}": counted(zero.rows, "row") for name, zero in self.zeros.items()}
         zeros = [
             f"{name} = {text}, mean of {rows[name]}, subtracted"
@@ -204,7 +205,7 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
     Raises
     ------
     RecordingError
-        If it is no recording, or can be read in more than one way; a line for each error.
+        If the file is no recording, or ambiguous; the message has a line for each error.
     """
     text = decoded(data, name)
     layout = layout_of(text, name, settings.decimal)
@@ -297,12 +298,12 @@ def _zeros(values: Values, settings: Settings, kept: BoolArray) -> dict[str, Zer
 
 
 def turned(values: Values, angle: float) -> Values:
-    """Give the forces along the axes of the clamp.
+    """Convert the forces of the file to the axes of the clamp.
 
     Parameters
     ----------
     angle : float
-        Turn of the transducer's axes, from x to y (rad).
+        Angle of the file's axes against those of the clamp, from x to y (rad).
     """
     x, y = values["force_x"], values["force_y"]
     cos, sin = np.cos(angle), np.sin(angle)
@@ -310,12 +311,12 @@ def turned(values: Values, angle: float) -> Values:
 
 
 def about_clamp(values: Values, origin: tuple[float, float]) -> Values:
-    """Give the moment about the clamp: m = m(a, b) + a·fy − b·fx.
+    """Refer the moment to the clamp: m = m(a, b) + a·fy − b·fx.
 
     Parameters
     ----------
     origin : tuple of float
-        The point (a, b), from the clamp (m).
+        Point (a, b) to which the file's moment refers, from the clamp (m).
     """
     a, b = origin
     moment = values["moment_z"] + a * values["force_y"] - b * values["force_x"]
@@ -323,7 +324,7 @@ def about_clamp(values: Values, origin: tuple[float, float]) -> Values:
 
 
 def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
-    """Find the mean reading of each channel in the rows without load, and its error.
+    """Find the mean reading of each channel in rows without load, and the error of this mean.
 
     Raises
     ------
@@ -345,7 +346,7 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
 
 
 def unloaded(values: Values, begin: int | None) -> int:
-    """Count the rows at the beginning in which no load acts, if that is certain; else 0.
+    """Count the rows at the beginning that are certainly without load; 0 if none is certain.
 
     Parameters
     ----------
@@ -369,7 +370,7 @@ def unloaded(values: Values, begin: int | None) -> int:
     changed = int(np.argmax(np.abs(load) > CHANGED * noise_of(readings[:, None])))
     if usual == 0.0 or not changed < begin:
         return 0
-    # A rod that rests on the surface from the beginning relaxes by less.
+    # If the rod touches the surface from the beginning, its load changes by relaxation only, less.
     lowered = np.median(load[changed:begin]) / usual > LOADED
     pressed = np.quantile(moved / usual, 0.05) > LOADED
     return int(TAKEN * changed) if lowered and pressed else 0

@@ -1,6 +1,6 @@
 """The layout of a laboratory's text file: separator, decimal sign, columns and their units.
 
-The best separator turns the largest part of the cells into numbers.
+The separator is the one with the largest share of numbers among the cells.
 """
 
 import codecs
@@ -20,18 +20,18 @@ from vibrissa.wording import counted
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
-# Of rows that may be read in several ways with the same share of numbers the first one counts.
+# Separators, in the order of preference at equal shares of numbers.
 SEPARATORS = {"semicolon": ";", "tab": "\t", "comma": ",", "bar": "|", "blank": " "}
 DECIMALS = {".": "decimal point", ",": "decimal comma"}
 EITHER = re.compile(NUMBER.format("[.,]"))
 # A number with a decimal sign.
 DECIMAL = NUMBER.replace("{0}?", "{0}")
-# With a decimal sign such a number is another one than with a sign between groups of thousands.
+# A number such as 1.234, whose sign may separate decimals or thousands.
 GROUPS = r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}"
 COMMENT = re.compile(r"\s*([#%]|//)+\s*")
-# Lines that show where the table is.
+# Number of lines in which the first row of the table is sought.
 SAMPLE = 1000
-# Fewer rows are no recording, fewer columns no table.
+# Least numbers of rows and of columns of a table.
 FEWEST_ROWS, FEWEST_COLUMNS = 3, 2
 # LabVIEW's title of a column that its rows do not have.
 REMARKS = "Comment"
@@ -41,12 +41,13 @@ KINDS = {
     "footpoint": Kind.LENGTH,
     **dict(zip(CHANNELS, CHANNEL_KINDS, strict=True)),
 }
-# In a row of units: none, or of what a recording does not have.
+# Cells of a row of units that mean "no unit", or units of quantities that no recording has.
 NO_UNIT = ("", "-", "1", "%", "V", "mV", "°C", "K")
-# Fz [mN], Fz (mN); and Fz / mN, Fz in mN, Fz_mN, Fz mN if that is a unit of what it must measure.
+# Titles with units: Fz [mN], Fz (mN); if the unit is one of the quantity that the column must hold,
+# also Fz / mN, Fz in mN, Fz_mN, Fz mN.
 TITLE = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]")
 ENDING = re.compile(r"(.+?)\s*(?:/|\bin\b|[_ ])\s*([^\s_/]+)")
-# The column of an option: -Fz [mN].
+# Column in an option, with sign and unit: -Fz [mN].
 SOURCE = re.compile(r"(-?)\s*(.*?)\s*(?:\[([^\[\]]*)\])?")
 
 
@@ -66,14 +67,14 @@ class FileColumn(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Layout:
-    """A table of text.
+    """The table of a text file.
 
     Attributes
     ----------
     titles, units : list of str
-        One for each column; without titles their numbers, from #1; without units empty.
+        Title and unit of each column; #1, #2, … if the file has no titles, empty without units.
     cells : DataFrame
-        Cells as texts; the index is the lines of the rows.
+        Cells as texts; the index has the line number of each row.
     """
 
     titles: list[str]
@@ -136,12 +137,12 @@ def title_of(text: str, kind: Kind) -> tuple[str, str]:
 
 
 def decoded(data: bytes, name: str) -> str:
-    """Decode a text file: UTF-8, UTF-16 with its mark, or else the Western letters of Windows.
+    """Decode a text file: UTF-8, UTF-16 with a byte order mark, or else Windows-1252.
 
     Raises
     ------
     RecordingError
-        If it is no text.
+        If the file is no text file.
     """
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
@@ -159,7 +160,7 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
     Raises
     ------
     RecordingError
-        If there is no table, or more than one reading of it; the message has the choices to type.
+        If there is no table, or an ambiguous one; the message names the options to add.
     """
     lines = lines_of(text)
     sample = lines[~lines.str.match(COMMENT)].head(SAMPLE)
@@ -199,7 +200,7 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
 
 
 def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str]:
-    """Return lines and the sign between their cells; tabulators replace blanks."""
+    """Return lines and the sign between their cells; blanks are replaced by tabulators."""
     if separator != "blank":
         return lines, SEPARATORS[separator]
     # A unit in brackets belongs to the word before.
@@ -208,7 +209,7 @@ def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str
 
 
 def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
-    """Find the line of the first row of numbers, and their share; 0 without such rows."""
+    """Find the first line of the table, and the share of numbers in its cells; 0 without table."""
     lines, sign = _separated(lines, separator)
     rows = [(line, cells_of(text, sign)) for line, text in lines.items()]
     groups = groupby(rows, lambda row: len(row[1]) if _share(row[1]) >= 0.5 else 0)
@@ -217,7 +218,7 @@ def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
     if not blocks:
         return 0, 0.0
     cells = [cells for _, cells in max(blocks, key=len)]
-    # A line between that fits neither is named later.
+    # A line between the blocks that has another number of cells is reported later.
     first = next(line for [(line, row), *_] in blocks if len(row) == len(cells[0]))
     return first, _share([cell for row in cells for cell in row])
 
@@ -229,7 +230,7 @@ def _share(cells: list[str]) -> float:
 
 
 def cells_of(line: str, sign: str) -> list[str]:
-    """Split a line; a line with unpaired quotes is one cell."""
+    """Split a line into cells; a line with unpaired quotes is a single cell."""
     try:
         return [cell.strip() for cell in next(csv.reader([line], delimiter=sign, strict=True))]
     except csv.Error:
@@ -237,7 +238,7 @@ def cells_of(line: str, sign: str) -> list[str]:
 
 
 def _decimal(cells: "DataFrame", name: str) -> str:
-    """Find the decimal sign: numbers that cannot be groups of thousands prove it."""
+    """Find the decimal sign from numbers in which it cannot separate thousands."""
     text = cells.stack().str.strip()
     groups = text.str.fullmatch(GROUPS)
     proofs = {
@@ -254,7 +255,7 @@ def _decimal(cells: "DataFrame", name: str) -> str:
 
 
 def _heads(above: "Series[str]", sign: str, rows: "DataFrame") -> dict[int, list[str]]:
-    """Find the lines above the rows that have a cell for each column."""
+    """Find the lines above the table that have a cell for each of its columns."""
     width, heads = rows.shape[1], {}
     ends_empty = (rows.iloc[:, -1] == "").all()  # each row ends with a separator
     for line, text in above.items():
@@ -269,6 +270,6 @@ def _heads(above: "Series[str]", sign: str, rows: "DataFrame") -> dict[int, list
 
 
 def _are_units(cells: list[str]) -> bool:
-    """Whether cells are units of channels or marks for "no unit", not marks alone."""
+    """Whether each cell is a unit of a channel or in `NO_UNIT`, and at least one is a unit."""
     units = {cell.strip("[]() ") for cell in cells}.difference(NO_UNIT)
     return bool(units) and all(any(unit_size(u, kind) for kind in KINDS.values()) for u in units)

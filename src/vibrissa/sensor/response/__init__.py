@@ -1,1 +1,1 @@
-"""Load on the clamp over its displacement, pushed or pulled, at one height or over a range."""
+"""Clamp reactions as functions of the displacement x0, at one height or over a range."""

@@ -1,6 +1,6 @@
-"""The rod's response: clamp reactions at every displacement x0 of the clamp, pulled or pushed.
+"""The response of a rod: clamp reactions over the displacement x0, where the clamp pushes or pulls.
 
-Where the clamp pulls (x0 < 0), it is known as far as the retraction of the path is resolved.
+In pulling (x0 < 0) the response ends where the solver could not follow the path further.
 """
 
 from abc import ABC, abstractmethod
@@ -20,24 +20,25 @@ from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import Pieces
 
-# Knots on each smooth piece of the curve; the spline between them is good to about 1e-9.
+# Number of knots on each smooth piece of the curve; the error of the spline is about 1e-9.
 KNOTS = 641
-# A normal force below this is none (E·I0/L²).
+# Least normal force that is not 0 (E·I0/L²).
 TINY = 1e-9
 
 
 class States(ABC):
-    """States of a rod over the displacement x0, all at one height, or each at its own.
+    """States of a rod as functions of x0, all at one height, or each at its own height.
 
     Attributes
     ----------
     x0_pull, x0_lock, x0_end : float or ndarray
-        Where pulling ends (0 without pulling), where the tip locks, and where pushing ends (L).
+        Displacements at which pulling ends (0 without pulling), the tip locks, and pushing ends
+        (L).
     x1_init : float or ndarray
         Contact point in the α = 0 state, from the clamp (L).
     bounds : ndarray
-        Ends of the smooth stretches at one height: where pulling ends, kinks, α = 0, the lock,
-        where pushing ends (L).
+        Displacements between which the reactions at one height are smooth: end of pulling, kinks,
+        α = 0, lock, end of pushing (L).
     """
 
     x0_pull: ArrayLike
@@ -48,7 +49,7 @@ class States(ABC):
 
     @abstractmethod
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
-        """Differentiate the clamp reactions fx, fy and m over x0, shape x0.shape + (3,)."""
+        """Differentiate fx, fy and m `order` times with respect to x0, shape x0.shape + (3,)."""
 
     def __call__(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements, shape x0.shape + (3,)."""
@@ -59,7 +60,7 @@ class States(ABC):
         return self.derivative(x0, 1)
 
     def clip(self, x0: ArrayLike) -> FloatArray:
-        """Nearest displacements that are known (L)."""
+        """Clip displacements to those with known states (L)."""
         return np.clip(x0, self.x0_pull, self.x0_end)
 
     def demand(self, x0: ArrayLike) -> FloatArray:
@@ -68,7 +69,7 @@ class States(ABC):
         return np.asarray(fx / fy)
 
     def demand_slope(self, x0: ArrayLike) -> FloatArray:
-        """Differentiate the demand with respect to the displacement (1/L)."""
+        """Differentiate −tan α with respect to x0 (1/L)."""
         fx, fy, _ = np.moveaxis(self(x0), -1, 0)
         fx_slope, fy_slope, _ = np.moveaxis(self.slope(x0), -1, 0)
         return np.asarray((fx_slope * fy - fx * fy_slope) / fy**2)
@@ -82,7 +83,7 @@ class States(ABC):
     def contact(self, clamp: float, x0: float, side: int) -> float:
         """Position of the tip (L), which is ahead of the clamp (`side` 1) or behind it (−1).
 
-        Behind it the state is the mirror image of that at x0.
+        The state of a tip behind the clamp is the mirror image of the state at x0.
         """
         return float(clamp + side * (np.asarray(self.x1_init) - x0))
 
@@ -96,8 +97,8 @@ class Response(States):
     reactions : PPoly
         fx, fy (E·I0/L²) and m (E·I0/L) over x0, from where pulling ends to where pushing ends.
     swings : bool
-        Whether a locked tip is dragged in the end: pushing ends with lateral buckling, the
-        mounting is ideal and retraction resolved.
+        Whether a locked tip is dragged after the end of pushing: the rod buckles laterally, its
+        mounting is ideal, and its retraction was solved.
     curve : StickingCurve
         The sticking curve that was tabulated.
     """
@@ -113,11 +114,11 @@ class Response(States):
 
     @property
     def lock(self) -> int:
-        """Number of the bound at which the tip locks."""
+        """Index in `bounds` of the displacement at which the tip locks."""
         return int(np.argmin(np.abs(self.bounds - self.x0_lock)))
 
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
-        """Differentiate the clamp reactions fx, fy and m over x0, shape x0.shape + (3,)."""
+        """Differentiate fx, fy and m `order` times with respect to x0, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0, order))
 
     def push_limit(self, mu0: float) -> tuple[float, bool]:
@@ -140,12 +141,12 @@ class Response(States):
 
 
 def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Response]:
-    """Solve and tabulate together the responses of whiskers of any θ, η and mounting.
+    """Solve and tabulate the responses of several whiskers, of any θ, η and mounting.
 
     Parameters
     ----------
     partly : bool
-        Whether curves that end early are used.
+        Whether to accept curves that were not followed to their end.
 
     Raises
     ------
@@ -170,14 +171,14 @@ def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Respons
 
 
 def tabulated(curve: StickingCurve) -> Response:
-    """Tabulate the response of a solved curve, with its retraction where that is resolved."""
+    """Tabulate the response of a solved curve, with its retraction if that was solved."""
     pieces = Pieces.concatenate([curve.retraction, curve.pieces])
     parts: list[PPoly] = []
     for number, begin in enumerate(pieces.first_x0):
         # Equal steps of the piece's parameter: near a limit point they are short in x0.
         t = np.linspace(pieces.start[number], pieces.stop[number], KNOTS)
         states = pieces.at(np.full(KNOTS, number), t)
-        # A piece begins where it says, not beside it by rounding: x0 = 0 lies in the first one.
+        # The first x0 of a piece is taken without rounding, so that a piece contains x0 = 0.
         x0 = np.append(begin, states.x0[1:])
         loads = [states.reaction_fx, states.reaction_fy, states.reaction_m]
         parts.append(CubicSpline(x0, np.stack(loads, axis=-1)))
@@ -188,9 +189,9 @@ def tabulated(curve: StickingCurve) -> Response:
     )
     kinks = pieces.first_x0[1:][np.diff(pieces.line)]
     x0_pull, x0_end = float(reactions.x[0]), float(reactions.x[-1])
-    # A curve that ends before a lock has its most there.
+    # On a curve that ends before a lock, −tan α is largest at its end.
     x0_lock = curve.x0_lock if np.isfinite(curve.x0_lock) else x0_end
-    # The mirror image of a mounted rod is not a state of it.
+    # Only in an ideal mounting is the mirror image of a state a state of the rod, too.
     dragged = len(curve.retraction) > 0 and curve.mounting == IDEAL
     return Response(
         reactions=reactions,

@@ -1,7 +1,7 @@
-"""One rod at many heights: the branch at any η of a range, interpolated from a few heights.
+"""The response of one rod at any height η of a range, interpolated from a few heights.
 
-Each smooth stretch between landmarks (end of pulling, α = 0, kink, lock, end) is a polynomial in η
-over each part of the range.
+Landmarks (end of pulling, kinks, α = 0, lock, end of pushing) divide x0 into smooth stretches. On
+each stretch the reactions are polynomials in η, over each part of the range.
 """
 
 from dataclasses import dataclass, replace
@@ -20,10 +20,10 @@ from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.response.branch import KNOTS, Response, States, responses
 from vibrissa.sensor.whisker import Whisker
 
-# Heights at which the rod is solved, and knots on each stretch, as parts of it.
+# Number of heights at which the rod is solved in a part, and knots on a stretch, as parts of it.
 NODES = 9
 PARTS = np.linspace(0.0, 1.0, KNOTS)
-# Error of the reactions between the heights that are solved, of the largest reaction.
+# Largest error of interpolated reactions, as a part of the largest reaction.
 EXACT = 1e-8
 # Widest and narrowest part of a range, and the least and the largest height (L).
 WIDEST, NARROWEST = 0.05, 2e-4
@@ -32,14 +32,14 @@ LOWEST, HIGHEST = 0.02, 0.9999
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Heights:
-    """Branches of one rod over a range of heights.
+    """Responses of one rod in one part of a range of heights.
 
     Attributes
     ----------
     low, high : float
-        Ends of the range (L).
+        Ends of the part (L).
     branches : tuple of Response
-        At Chebyshev points of the range, all with the same landmarks.
+        Responses at Chebyshev points of the part, all with the same kinds of landmarks.
     """
 
     low: float
@@ -48,7 +48,7 @@ class Heights:
 
     @cached_property
     def _series(self) -> tuple[FloatArray, FloatArray]:
-        """Chebyshev series over η of the landmarks with x1_init, and of the reactions."""
+        """Chebyshev coefficients over η of landmarks and x1_init, and of the reactions."""
         transform = chebyshev_transform(len(self.branches))
         marks = np.array([[*branch.bounds, branch.x1_init] for branch in self.branches])
         values = np.array([branch(_displacements(branch.bounds)) for branch in self.branches])
@@ -61,7 +61,7 @@ class Heights:
 
     @cached_property
     def _stretches(self) -> list[CubicSpline]:
-        """Spline along each stretch, of the reactions' Chebyshev series over η."""
+        """Spline along each stretch of the Chebyshev coefficients of the reactions."""
         return [
             CubicSpline(PARTS, np.moveaxis(one, 1, 0)) for one in np.moveaxis(self._series[1], 1, 0)
         ]
@@ -72,11 +72,11 @@ class Heights:
         return np.asarray(chebvander(position, len(self.branches) - 1))
 
     def landmarks(self, eta: FloatArray) -> FloatArray:
-        """Landmarks and x1_init at heights of shape (n,), in columns (L)."""
+        """Landmarks and x1_init in columns (L), with a row for each of n heights."""
         return np.asarray(self._row(eta) @ self._series[0])
 
     def reactions(self, x0: FloatArray, eta: FloatArray, order: int = 0) -> FloatArray:
-        """Reactions, or derivatives over x0, at displacements and heights of shape (n,)."""
+        """Reactions, or derivatives with respect to x0, at n displacements and heights, (n, 3)."""
         row = self._row(eta)
         bounds = (row @ self._series[0])[:, :-1]
         stretch = (x0[:, None] >= bounds[:, 1:-1]).sum(axis=1)
@@ -95,7 +95,7 @@ class Heights:
 
 
 def _displacements(bounds: FloatArray) -> FloatArray:
-    """Points on each stretch, shape (stretches, KNOTS), close together near a limit point."""
+    """Knots on each stretch (L), shape (stretches, KNOTS), close together near a limit point."""
     parts = np.tile(PARTS, (len(bounds) - 1, 1))
     parts[-1] = 1.0 - (1.0 - PARTS) ** 2
     x = bounds[:-1, None] + np.diff(bounds)[:, None] * parts
@@ -105,12 +105,12 @@ def _displacements(bounds: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeightRange:
-    """Branches of one rod over a range of heights, part by part.
+    """Responses of one rod over a range of heights, which is divided into parts.
 
     Attributes
     ----------
     parts : tuple of Heights
-        From low to high, each beginning where the one before ends.
+        Parts from low to high; each begins where the part below it ends.
     """
 
     parts: tuple[Heights, ...]
@@ -127,7 +127,7 @@ class HeightRange:
 
     @property
     def swings(self) -> bool:
-        """Whether a tip that locks is dragged in the end; see `Response`."""
+        """Whether a locked tip is dragged after the end of pushing; see `Response`."""
         return all(part.branches[0].swings for part in self.parts)
 
     def part_of(self, eta: ArrayLike) -> IntArray:
@@ -151,14 +151,14 @@ class HeightRange:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeightStates(States):
-    """States of a rod, one height for each displacement, or one for all.
+    """States of a rod, with a height for each displacement, or one height for all.
 
     Attributes
     ----------
     eta : ndarray
         Heights (L).
     x0_pull, x0_lock, x0_end, x1_init : ndarray
-        As of a `Response` (L).
+        As in `States`, at these heights (L).
     """
 
     heights: HeightRange
@@ -170,12 +170,12 @@ class HeightStates(States):
 
     @property
     def bounds(self) -> FloatArray:  # type: ignore[override]
-        """Ends of the smooth stretches at the one height (L)."""
+        """Landmarks of the only height, between which the reactions are smooth (L)."""
         part = self.heights.parts[int(self.heights.part_of(self.eta))]
         return part.landmarks(np.atleast_1d(self.eta))[0, :-1]
 
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
-        """Differentiate the clamp reactions fx, fy and m over x0, shape x0.shape + (3,)."""
+        """Differentiate fx, fy and m `order` times with respect to x0, shape x0.shape + (3,)."""
         x0, heights = np.broadcast_arrays(np.asarray(x0, dtype=float), self.eta)
         flat, eta = x0.ravel(), heights.ravel()
         found, part_of = np.empty((len(flat), 3)), self.heights.part_of(eta)
@@ -202,11 +202,11 @@ class Stage:
     Attributes
     ----------
     rod : Response or HeightRange
-        Response at the one height of a level stage, or at all heights that an oblique stage passes.
+        Response at the height of a level stage, or responses at all heights of an oblique stage.
     eta : float
         Height with the clamp at 0 (L).
     angle : float
-        δ (rad), positive where the clamp approaches the surface.
+        δ (rad); positive: the clamp approaches the surface as it moves.
     """
 
     rod: Response | HeightRange
@@ -275,7 +275,7 @@ def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
 
 
 def _parts(whisker: Whisker, low: float, high: float) -> list[Heights]:
-    """Interpolate between two heights, in halves where that is not exact."""
+    """Interpolate between two heights; bisect this part where the error is above `EXACT`."""
     try:
         return [interpolated(whisker, low, high)]
     except NoResponseError as error:
@@ -290,15 +290,15 @@ def _parts(whisker: Whisker, low: float, high: float) -> list[Heights]:
 
 
 def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
-    """Interpolate the branches of a rod between two heights, to `EXACT`.
+    """Interpolate the responses of a rod between two heights, with an error below `EXACT`.
 
     Raises
     ------
     NoResponseError
-        If a branch is not solved, landmarks differ, or the interpolation is not exact.
+        If a response is not solved, landmarks differ, or the error is larger.
     """
     nodes = low + (high - low) * chebyshev_nodes(NODES)
-    # Between the nodes the interpolation must agree with a branch that it has not seen.
+    # The interpolation is compared with the response at a height between the nodes.
     between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
     rods = [replace(whisker, eta=eta) for eta in (*nodes.tolist(), between)]
     *solved, unseen = responses(rods)
@@ -311,7 +311,7 @@ def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
 
 
 def _agrees(found: States, solved: Response, tolerance: float) -> bool:
-    """Whether an interpolated branch agrees with the solved one up to the lock."""
+    """Whether an interpolated response agrees with the solved one up to the lock."""
     x = np.linspace(solved.x0_pull, solved.x0_lock, KNOTS)[1:-1]
     error = np.abs(found(found.clip(x)) - solved(x))
     return bool(error.max() <= tolerance * np.abs(solved(x)).max())

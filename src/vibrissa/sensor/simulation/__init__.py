@@ -1,1 +1,1 @@
-"""Scans: where the tip sticks and slips on a surface, on a level and on an oblique stage."""
+"""Simulated scans: where the tip sticks and slips, on a level or an oblique stage."""

@@ -1,7 +1,8 @@
 """A scan: the clamp moves in steps over a surface, and the tip sticks and slips.
 
 At the first step at which |tan α| > μ0 the tip slips while the clamp rests. A self-locking tip
-sticks until the round rod buckles laterally; then the states are mirror images.
+sticks until the round rod buckles laterally. After that the clamp drags the tip: its states are
+mirror images of those before.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +27,7 @@ from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.wording import counted
 
-# More steps than these fill the memory.
+# Largest number of steps; more would fill the memory.
 MOST_STEPS = 10**8
 LOCKS = "the tip locks at x = {x}, where mu0 = {mu0:.6g} and mu_lock = {mu_lock:.6g}; "
 SWINGS = (
@@ -36,10 +37,10 @@ STAYS = LOCKS + (
     "pushed further, it sticks until the clamp is at {clamp}; the motion after that is not computed"
 )
 LOST = (
-    "the slip from x = {x}, with the clamp at {clamp}, has so much energy that the tip lifts off "
-    "the surface, or the rod is pushed through"
+    "the slip from x = {x}, with the clamp at {clamp}, releases so much energy that the tip lifts "
+    "off the surface, or the rod is bent beyond its computed states"
 )
-# Lengths that are converted to L are rounded, by far less than this part of a step.
+# Part of a step by which a turn may miss a whole number of steps, by rounding in units of L.
 ROUNDED_AWAY = 1e-6
 
 
@@ -49,13 +50,13 @@ class TipPhase(StrEnum):
     Attributes
     ----------
     STICK
-        It sticks since the step before.
+        The tip has not slipped since the previous step.
     LOCK
-        It sticks past the critical state: pushing cannot make it slip.
+        The tip sticks past the critical state: pushing cannot make it slip.
     SLIP
-        It has just slipped, and rests.
+        The tip has just slipped and is at rest.
     SWING
-        It sticks; the rod has just buckled laterally, to the other side of the clamp.
+        The rod has just buckled laterally, to the other side of the clamp; the tip sticks.
     """
 
     STICK = "stick"
@@ -65,7 +66,7 @@ class TipPhase(StrEnum):
 
 
 class TipSide(StrEnum):
-    """Where the tip is: ahead of the clamp, as at the beginning, or dragged behind it."""
+    """Side of the clamp on which the tip is: ahead, as at the start, or dragged behind."""
 
     AHEAD = "ahead"
     BEHIND = "behind"
@@ -77,12 +78,12 @@ class Outcome(StrEnum):
     Attributes
     ----------
     COMPLETE
-        At the end of the path.
+        The clamp reached the end of the path.
     LOCK
         The tip locked and was pushed until sticking ended, other than by lateral buckling.
     LOST
-        A slip left the computed states: it passed α = 0, and a pushed tip lifted off the
-        surface, or a pulled tip reached the end of pushing.
+        A slip passed α = 0 and left the computed states: a pushed tip lifted off the surface, or
+        a pulled tip reached the end of pushing.
     """
 
     COMPLETE = "complete"
@@ -104,16 +105,16 @@ class SurfaceScan(Batch):
     contact : ndarray, shape (n,)
         Position of the tip, which is the contact point in point contact (L).
     x0 : ndarray, shape (n,)
-        Displacement of the clamp, along the surface, from the α = 0 state of this contact point on
-        this side, at the present height (L).
+        Displacement of the clamp along the surface, from the α = 0 state with this contact point,
+        side and height (L).
     reactions : ndarray, shape (n, 3)
         Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L).
     mu0 : ndarray, shape (n,)
-        Static friction at the contact point.
+        Coefficient of static friction at the contact point.
     period : ndarray of int, shape (n,)
-        Number of the period of sticking, from 1. A period begins at the step of the slip before it.
+        Number of the period of sticking, from 1. The step of a slip is the first of a new period.
     phase, side : ndarray of str, shape (n,)
-        One `TipPhase` and one `TipSide` for each step.
+        `TipPhase` and `TipSide` at each step.
     """
 
     outcome: Outcome
@@ -136,7 +137,8 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
     step : Decimal or float or str
         Step of the stage (L).
     turns : sequence of Decimal or float or str
-        Where it turns, and at last stops (L); rounded to steps, towards 0.
+        Positions at which the stage turns; at the last one it stops (L). They are rounded to
+        steps, towards 0.
 
     Returns
     -------
@@ -179,24 +181,25 @@ def simulate(
     Parameters
     ----------
     rod : Response or Stage
-        The rod on its stage; a response alone is on a level one.
+        The rod on its stage; a `Response` is on a level stage.
     surface : Surface
     positions : ndarray
         Clamp positions along the stage (L), as from `path`; the scan begins in the α = 0 state.
     law : SlipLaw or str
+        Where a slip ends.
     kinetic_ratio : float
-        Both as in `vibrissa.sensor.scan`.
+        μk/μ0, for the laws ``kinetic`` and ``energy``.
 
     Returns
     -------
     SurfaceScan
-        Up to the end of path or sticking.
+        A row for each step, up to the end of the path or of the computed motion.
 
     Raises
     ------
     ArgumentError
-        If an argument is out of range, retraction may be needed and the response does not cover
-        it, or the tip leaves the known part of the surface.
+        If an argument is out of range, if path or law may need the retraction of the rod and it
+        was not solved, or if the tip leaves the known part of the surface.
     """
     positions, law = np.asarray(positions, dtype=float), chosen(SlipLaw, law, "law")
     if not 0.0 < kinetic_ratio <= 1.0:
@@ -240,7 +243,7 @@ def simulate(
 
 
 def _message(text: str, tip: Tip, until: float, clamp: float, told: Callable[[float], str]) -> str:
-    """Complete one of the texts above, for a tip that sticks until a position of the clamp."""
+    """Complete a message for a tip that sticks up to the clamp position `until`."""
     mu_lock = tip.stage.at(until).mu_lock
     return text.format(x=told(tip.contact), mu0=tip.mu0, mu_lock=mu_lock, clamp=told(clamp))
 
@@ -248,7 +251,7 @@ def _message(text: str, tip: Tip, until: float, clamp: float, told: Callable[[fl
 def _assembled(
     tips: Sequence[Tip], clamp: FloatArray, outcome: Outcome, message: str
 ) -> SurfaceScan:
-    """Put the periods together, one row for each step."""
+    """Assemble a scan, with one row for each step, from the tips at their places."""
     begins = np.array([tip.begin for tip in tips])
     slipped = np.array([tip.slipped for tip in tips])
     counts = np.diff(begins, append=len(clamp))
@@ -258,7 +261,7 @@ def _assembled(
     )
     states, x0 = tips[0].stage.states(clamp, contact, side)
     phase = np.where(x0 > states.x0_lock, TipPhase.LOCK, TipPhase.STICK)
-    # A rod that buckles laterally and slips within one step leaves a tip without rows.
+    # If the rod buckles laterally and slips in the same step, the tip in between has no row.
     later = (begins > 0) & (counts > 0)
     phase[begins[later]] = np.where(slipped[later], TipPhase.SLIP, TipPhase.SWING)
     return SurfaceScan(
@@ -282,9 +285,9 @@ class Signals(Tabular):
     Attributes
     ----------
     truth : SurfaceScan
-        Nondimensional, without noise.
+        States of the scan, nondimensional and without noise.
     readings : ndarray, shape (n, 3)
-        force_x, force_y and moment_z, in the units in which they are written.
+        force_x, force_y and moment_z, in the units of the table.
     units : Units
     """
 
@@ -343,7 +346,7 @@ def scan(
     step : str or number
         Step of the stage.
     to : sequence of str or number
-        Where the stage turns, and at last stops.
+        Positions at which the stage turns; at the last one it stops.
     law : SlipLaw
         Where a slip ends.
     kinetic_ratio : float
@@ -352,7 +355,7 @@ def scan(
     Returns
     -------
     Signals
-        The exact reactions; `Signals.measured` makes them readings.
+        Signals without noise; `Signals.measured` adds that of a transducer.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""A tip that sticks at one place, up to the end of sticking, and slips.
+"""A tip that sticks at one place: where sticking ends, and where the slip after it ends.
 
-While it slips the clamp rests, and x0 falls (in retraction it rises). The integral of the
-tangential force less kinetic friction over x0 is the kinetic energy.
+While the tip slips the clamp rests; x0 falls, or rises in retraction. The kinetic energy is the
+integral over x0 of the tangential force less kinetic friction.
 """
 
 from dataclasses import dataclass
@@ -22,22 +22,22 @@ from vibrissa.sensor.response.branch import Response, States
 from vibrissa.sensor.response.heights import Stage
 from vibrissa.sensor.surfaces import Surface
 
-# What a margin of sticking is to, in the order of `Tip.margins`: the friction that holds a pushed
-# tip, or a pulled one, and the end of the states that are known, pushed or pulled.
+# Rows of `Tip.margins`: margins against slip forward and backward, and to the end of the known
+# states in pushing and in pulling.
 FORWARD, BACKWARD, END, PULL = range(4)
-# Clamp positions at which a period is looked at, before its end is sought between two of them.
+# Number of clamp positions at which the margins are computed to bracket the end of a period.
 LOOKS = 257
-# Steps that are searched together for the end of a period.
+# Number of steps that are searched together for the end of a period.
 BLOCK = 4096
-# Relative rounding of a demand that mobilises all friction.
+# Relative excess of |tan α| over μ0 at which a tip still sticks, for rounding.
 FULL = 1e-9
-# A tip that comes to rest where it cannot stick slides back; each slide is shorter than the last.
+# Largest number of slides in a slip: a tip that stops where it cannot stick slides back, less far.
 REVERSALS = 100
-# Parts of the longest way of a tip, in which its end is sought one after the other.
+# Parts of the longest possible slide, within which its end is sought, one part after the other.
 PARTS = (0.05, 0.25, 1.0)
-# Longest cell of the way (L), and degree of the force on it.
+# Longest cell of a slide (L), and degree of the polynomial of the force in a cell.
 CELL, DEGREE = 1e-4, 6
-# Roundings of a position that are no distance.
+# Largest distance that counts as 0, in roundings of a position.
 ROUNDINGS = 8.0
 
 
@@ -59,8 +59,8 @@ class SlipLaw(StrEnum):
     ENERGY = "energy"
 
 
-# Where in a cell, as parts of it, friction and forces are evaluated: never at its ends, where
-# friction may jump. Values there to coefficients of Bernstein polynomials.
+# Places in a cell, as parts of it, at which the force is computed: not its ends, where friction may
+# jump. `COEFFICIENTS` times the values there are the coefficients of Bernstein polynomials.
 NODES = 0.5 + 0.5 * chebpts1(DEGREE + 1)
 _K, _T = np.arange(DEGREE + 1), NODES[:, None]
 COEFFICIENTS = np.linalg.inv(comb(DEGREE, _K) * _T**_K * (1.0 - _T) ** (DEGREE - _K))
@@ -73,7 +73,7 @@ class Slip:
     Attributes
     ----------
     response : States
-        States at this height.
+        States of the rod at the height of the clamp.
     ratio : float
         Kinetic over static friction.
     clamp : float
@@ -95,7 +95,7 @@ class Slip:
         Returns
         -------
         float
-            Displacement (L); NaN if the tip leaves the states of the response.
+            Displacement x0 (L); NaN if the tip leaves the states of the response.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class Slip:
         raise ArgumentError(f"the slip with the clamp at {place} does not come to rest")
 
     def _slide(self, x0: float) -> float:
-        """Displacement where a slide in one direction ends; or NaN."""
+        """Find x0 where a slide in one direction ends (L); NaN if it leaves the states."""
         response, surface = self.response, self.surface
         # A pushed tip slides to lower x0, a pulled one to higher.
         ahead = -1.0 if x0 > 0.0 else 1.0
@@ -125,7 +125,7 @@ class Slip:
         kinks = np.append(ahead * (response.bounds - x0), onward * (surface.edges - contact))
 
         def excess_force(end: float) -> BPoly:
-            """Tangential force less kinetic friction (E·I0/L²) over the way, cell by cell."""
+            """Tangential force less kinetic friction (E·I0/L²) over the distance, cell by cell."""
             breaks = np.concatenate([kinks, np.arange(0.0, end, CELL), [0.0, end]])
             breaks = np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])
             way = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
@@ -142,7 +142,7 @@ class Slip:
             if np.isfinite(stop):
                 # At the edge of a patch a tip stops on the rougher side.
                 return x0 + ahead * (stop + 2.0 * nothing)
-        surface(contact + onward * longest)  # says where it is not known
+        surface(contact + onward * longest)  # raises where the surface is not known
         return np.nan
 
 
@@ -157,9 +157,9 @@ class Tip:
     side : int
         1 ahead of the clamp, −1 behind it.
     begin : int
-        Step at which it begins to stick.
+        Step at which the tip begins to stick.
     slipped : bool
-        Whether it begins with a slip, and not with lateral buckling.
+        Whether it begins to stick after a slip (or at the start), not after lateral buckling.
     """
 
     stage: Stage
@@ -181,7 +181,7 @@ class Tip:
         return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
 
     def exit(self, clamp: float) -> tuple[int, bool]:
-        """Which margin ends sticking with the clamp here, and whether that is past the lock."""
+        """Return the margin that ends sticking at a clamp position; whether it is past the lock."""
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         return int(np.argmin(self.margins(clamp))), bool(x0 > states.x0_lock)
 
@@ -199,18 +199,18 @@ class Tip:
         return states.contact(along, slip.end(float(x0)), self.side)
 
     def end(self, positions: FloatArray, clamp: float) -> tuple[int, float]:
-        """Find the first step at which a tip that sticks at `clamp` sticks no longer.
+        """Find the first step at which the tip, which sticks at `clamp`, no longer sticks.
 
         Returns
         -------
         step : int
-            The number of steps if it sticks up to the last one.
+            Number of this step; the number of all steps if the tip sticks up to the last one.
         until : float
-            Clamp position at which sticking ends (L); NaN if it goes on.
+            Clamp position at which sticking ends (L); NaN if it does not end.
         """
         rest = positions[self.begin :]
         low, high = self._interval(clamp, float(rest.min()), float(rest.max()))
-        # A tip that has just slipped rests; after lateral buckling it may have to slip at once.
+        # A tip sticks in the step of its slip; after lateral buckling it may slip at once.
         for first in range(self.begin + int(self.slipped), len(positions), BLOCK):
             some = positions[first : first + BLOCK]
             out = np.flatnonzero(passes(some, high) | passes(-some, -low))
@@ -220,13 +220,13 @@ class Tip:
         return len(positions), np.nan
 
     def _interval(self, begin: float, least: float, most: float) -> tuple[float, float]:
-        """Clamp positions between which a tip that sticks at `begin` goes on sticking (L).
+        """Find the interval of clamp positions around `begin` in which the tip sticks (L).
 
-        They are sought from `least` to `most`, and infinite if sticking does not end there.
+        The ends are sought from `least` to `most`; an end that is not found there is infinite.
         """
         response = self.stage.rod
         if isinstance(response, Response):
-            # As exact as the equilibrium path: a step that ends on the onset of slip sticks.
+            # The onset has the accuracy of the equilibrium path: a step that ends on it sticks.
             x0 = np.array([response.pull_limit(self.mu0), response.push_limit(self.mu0)[0]])
             low, high = np.sort(self.contact + self.side * (x0 - response.x1_init)).tolist()
             return low, high
@@ -236,7 +236,7 @@ class Tip:
         )
 
     def _limit(self, begin: float, end: float, way: float) -> float:
-        """Clamp position at which sticking ends on the way to `end` (L), else infinite."""
+        """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
         states, _ = self.stage.states(begin, self.contact, self.side)
         stretch = way * float(states.x0_end - states.x0_pull)
         while begin != end:
@@ -245,7 +245,7 @@ class Tip:
             out = np.flatnonzero(left[1:] <= 0.0)
             if len(out):
                 before, after = clamp[out[0]], clamp[out[0] + 1]
-                # It may begin at the end of what it can stick to, up to rounding.
+                # The first position may be at the end of sticking, up to rounding.
                 if left[out[0]] <= 0.0:
                     return float(before)
                 return float(brentq(self._least, before, after, xtol=1e-14))
@@ -253,7 +253,7 @@ class Tip:
         return way * np.inf
 
     def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Least margins at clamp positions, and at minima between them."""
+        """Return clamp positions, with minima of the least margin added, and the least margins."""
         left = self._least(clamp)
         lowest = (left[1:-1] < left[:-2]) & (left[1:-1] < left[2:])
         for i in np.flatnonzero(lowest) + 1:
