@@ -1,6 +1,6 @@
 """Vibrissa: a whisker-like tactile sensor that sticks to a surface and slips.
 
-The names below are loaded when first used.
+Each public name is imported from its module when it is first used.
 """
 
 from importlib import import_module

@@ -1,12 +1,12 @@
-"""Exact decimals: a grid value is the number in the file, not the nearest binary one."""
+"""Exact decimals: a grid value is the decimal in the study file, not the nearest double."""
 
 from decimal import Decimal
 
 
 def exact(value: Decimal | float | int | str) -> Decimal:
-    """Return the decimal number that a value was written as, without trailing zeros.
+    """Convert a number to an exact decimal without trailing zeros.
 
-    A float was written as the shortest decimal that reads back equal.
+    A float becomes the shortest decimal that reads back as the same float.
 
     Raises
     ------
@@ -19,7 +19,7 @@ def exact(value: Decimal | float | int | str) -> Decimal:
     (Decimal('0.1'), Decimal('0.3'))
     """
     try:
-        # float() for the sake of NumPy's numbers, whose repr names their type
+        # float(), because the repr of NumPy's numbers contains the name of their type
         number = Decimal(value if isinstance(value, Decimal | int | str) else repr(float(value)))
     except ArithmeticError as error:
         raise ValueError(f"not a number: {value!r}") from error
@@ -29,5 +29,5 @@ def exact(value: Decimal | float | int | str) -> Decimal:
 
 
 def spell(value: Decimal) -> str:
-    """Plain spelling without exponent: ``0.001``, never ``1E-3``."""
+    """Format a decimal without an exponent: ``0.001``, never ``1E-3``."""
     return format(value, "f")

@@ -1,4 +1,4 @@
-"""Exceptions: one base class and its kinds; any other exception is a fault of the program."""
+"""Exceptions for invalid input or an unsuitable environment; any other exception is a bug."""
 
 from pathlib import Path
 
@@ -8,11 +8,11 @@ class VibrissaError(Exception):
 
 
 class MissingExtraError(VibrissaError, ImportError):
-    """A library is not installed; the message has the command that installs it."""
+    """An optional library is not installed; the message gives the command that installs it."""
 
 
 class ArgumentError(VibrissaError, ValueError):
-    """An argument is invalid; the message has its name, its value and the allowed values."""
+    """An argument is invalid; the message gives its name, its value and the allowed values."""
 
 
 class UnknownNameError(ArgumentError):
@@ -25,7 +25,7 @@ class StudyError(VibrissaError):
     Attributes
     ----------
     mistakes : tuple of str
-        Each with the key, the value and what is allowed.
+        All mistakes; each gives the key, the value and the allowed values.
     """
 
     def __init__(self, first: str, *others: str) -> None:
@@ -34,11 +34,11 @@ class StudyError(VibrissaError):
 
 
 class TableError(VibrissaError):
-    """A table that cannot be read, has other columns or is of another study."""
+    """A table that cannot be read, has wrong columns or belongs to another study."""
 
 
 class DamagedTableError(TableError):
-    """A table whose file must be deleted, so that the next run makes it again."""
+    """A damaged table; the next run writes it again after its file is deleted."""
 
     REMEDY = "delete it and run again: it is made again"
 
@@ -52,11 +52,11 @@ class ComparisonError(VibrissaError):
 
 
 class RecordingError(VibrissaError, ValueError):
-    """A measured table that cannot be read or used; the message names the line."""
+    """A recording, that is a table of measurements, that cannot be read or used."""
 
 
 class OtherTableError(RecordingError):
-    """A table without the required columns, or no CSV; perhaps another program's."""
+    """A file without the required columns, or not a CSV file; perhaps of another program."""
 
 
 class UndeterminedError(RecordingError):
@@ -72,4 +72,4 @@ class MixedColumnsError(RecordingError):
 
 
 class NoResponseError(ArgumentError):
-    """A rod whose response, or its retraction, was not found."""
+    """A rod whose clamp signals could not be computed, in pushing or in retraction."""

@@ -1,4 +1,4 @@
-"""Optional libraries, which `pip install vibrissa` leaves out."""
+"""Check for optional libraries, which `pip install vibrissa` does not install."""
 
 import sys
 from importlib.util import find_spec
@@ -7,14 +7,14 @@ from vibrissa.errors import MissingExtraError
 
 
 def require(extra: str, *libraries: str) -> None:
-    """Raise an error with the command to install, if one of these libraries is missing.
+    """Raise an error with the install command if one of the libraries is missing.
 
     Raises
     ------
     MissingExtraError
-        If one of them is not installed.
+        If a library is not installed.
     SystemExit
-        Instead, while Python looks for the program that ``python -m`` names.
+        Raised instead while ``python -m`` imports the package, so that no traceback is printed.
     """
     missing = [library for library in libraries if find_spec(library) is None]
     if missing:

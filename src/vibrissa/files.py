@@ -6,18 +6,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
-# Names of temporary files, of which a killed writer leaves one.
+# Pattern of the names of temporary files; a killed process leaves such a file behind.
 TEMPORARY = ".*-*.tmp*"
 
 
 @contextmanager
 def write_atomically(path: Path) -> Iterator[Path]:
-    """Write a temporary file with the target's suffix beside it, sync, and move into place.
+    """Yield the path of a temporary file beside the target, then move the file to the target.
 
-    If the caller raises, the temporary file is removed and the target stays as it was.
+    The temporary file has the target's suffix. If the caller raises, it is removed and the target
+    stays as it was.
     """
     temporary = path.with_name(f".{path.stem}-{uuid4().hex}.tmp{path.suffix}")
-    # It is there from the beginning, so that a folder that cannot be written is found first.
+    # Create the file at once, so that an unwritable folder is found before any work is done.
     temporary.touch()
     try:
         yield temporary

@@ -1,6 +1,6 @@
-"""Enumerations: the outcomes of results, and kinds of contact, section and solver.
+"""Enumerations: outcomes of computations, and kinds of contact, cross-section and solver.
 
-Light enough for a Snakefile.
+A Snakefile can import this module quickly, as it loads no other library.
 """
 
 from enum import StrEnum
@@ -18,9 +18,10 @@ class Status(StrEnum):
     LOCK
         The tip never slips forward: μ0 exceeds the locking friction μ_lock(θ, η).
     OUT_OF_REACH
-        The shape is not admissible (see `vibrissa.mechanics.admissibility`); the message says how.
+        The shape is inadmissible (see `vibrissa.mechanics.admissibility`), or the rod has no state
+        with α = 0; the message gives the reason.
     FAILED
-        No result of the promised accuracy; the message says which step failed and what to try.
+        No result of the promised accuracy; the message names the failed step and a remedy.
     """
 
     SOLVED = "solved"
@@ -40,15 +41,15 @@ class End(StrEnum):
     Attributes
     ----------
     SLIPS_BACK
-        tan α = +μ0: the tip slips against the direction in which the clamp moves.
+        tan α = +μ0: the tip slips in the direction opposite to the motion of the clamp.
     SWINGS_ASIDE
         A round rod buckles laterally, with the contact point on or near the clamp's axis
-        (docs/lateral.md). It then trails the clamp until its tip slips: computed for the ideal
-        mounting alone.
+        (docs/lateral.md). It then trails behind the clamp until its tip slips; this motion is
+        computed for the ideal mounting only.
     SNAPS
-        Limit point: a rod that stays in its plane snaps through, as x0 has a maximum.
+        Limit point: x0 has a maximum, and a rod that stays in its plane snaps through.
     OUT_OF_REACH
-        The shape is not admissible (see `vibrissa.mechanics.admissibility`).
+        The shape is inadmissible (see `vibrissa.mechanics.admissibility`).
     LIFTS_OFF
         The normal force vanishes.
     NOT_FOLLOWED
@@ -69,9 +70,10 @@ class Contact(StrEnum):
     Attributes
     ----------
     POINT
-        With its tip alone.
+        Only the tip touches.
     LINE
-        Tangentially at an inner point, with the rest lying on the surface.
+        The rod touches tangentially at an inner point. The part beyond lies on the surface, or
+        hangs free if the rod is curved.
     """
 
     POINT = "point"
@@ -99,9 +101,10 @@ class Solver(StrEnum):
     Attributes
     ----------
     COLLOCATION
-        All states of a curve at once, spectrally; one curve serves all steps Δx0.
+        All states of a curve are solved together, by spectral collocation; one curve serves all
+        steps Δx0.
     SHOOTING
-        The paper's own procedure, step by step.
+        The paper's procedure: states are solved one after the other, in steps of Δx0.
     """
 
     COLLOCATION = "collocation"
@@ -109,5 +112,5 @@ class Solver(StrEnum):
 
     @property
     def by_step(self) -> bool:
-        """Whether a curve belongs to one Δx0, because the solver walks along its steps."""
+        """Whether a curve holds for one Δx0 only, because the solver advances in steps of Δx0."""
         return self is Solver.SHOOTING

@@ -5,17 +5,17 @@ import subprocess
 from pathlib import Path
 
 _PACKAGE = Path(__file__).parent
-# Beside the package where it was installed from a wheel; written by hatch_build.py.
+# File in the package that records the commit; hatch_build.py writes it into a wheel.
 COMMIT_FILE = "commit.txt"
-# Sources of the package, also those of web pages.
+# Suffixes of the package's sources, including those of web pages.
 SOURCES = (".py", ".html", ".css", ".js")
-# What a number may depend on, relative to the clone. A study file does not belong to it: a table
-# holds its text.
+# Paths in the clone on which results may depend. Study files are left out: each table stores the
+# text of its own.
 CODE = (
     *("Snakefile", "Makefile", "pyproject.toml", "hatch_build.py"),
     *("locks", "environment.yml", "src", "workflow"),
 )
-# Of that, what says only where jobs run: an account of a cluster changes no number.
+# Profiles only select where jobs run, so that editing them does not mark the code as edited.
 PROFILES = "workflow/profiles"
 
 
@@ -30,7 +30,7 @@ def commit() -> str:
     if recorded.is_file():
         return recorded.read_text(encoding="utf-8").strip()
     try:
-        # Inside somebody else's repository, that repository's commit says nothing.
+        # This fails if the package lies in a repository of another project.
         git("ls-files", "--error-unmatch", str(_PACKAGE / "provenance.py"))
         edited = git("diff", "--name-only", "HEAD", "--", *CODE, f":(exclude){PROFILES}")
         return git("rev-parse", "HEAD") + ("-dirty" if edited else "")
@@ -39,10 +39,10 @@ def commit() -> str:
 
 
 def digest(*parts: str) -> str:
-    """Digest of sources, on which a job can depend.
+    """Compute a digest of source files, so that a job can depend on them.
 
-    Of `parts`, subpackages or modules such as ``study/axes.py``, and of the modules beside the
-    packages; without parts, of the whole package.
+    The files are those of `parts`, which are subpackages or modules such as ``study/axes.py``, and
+    the modules directly in the package; without parts, all files of the package.
     """
     wanted = {_PACKAGE / part for part in parts} or {_PACKAGE}
     total = hashlib.sha256()

@@ -1,4 +1,4 @@
-"""Text for people: how many there are of something, names of figures, tables in Markdown."""
+"""Formatting of text: counts with their nouns, names of figures, tables in Markdown."""
 
 import re
 from collections.abc import Iterable, Sequence

@@ -3,12 +3,12 @@
 A state is rejected where the rod
 
 - dips below the level of its clamp, where the sensor's housing is;
-- crosses itself: the model is plane;
-- crosses the surface away from its contact. (A shape with φ1 < 0, which passes through the surface
-  next to its tip, is the paper's model: it is marked ``penetrates``.)
+- crosses itself, which a plane model does not describe;
+- crosses the surface away from its contact point.
 
-The free part needs no bound of its own: it reaches up to η, so that s_c > η. In line contact of a
-curved rod the *tail* beyond the contact point hangs free; it may cross the free part.
+A shape with φ1 < 0 passes through the surface next to its tip. The paper's model has such shapes:
+they are not rejected, but marked ``penetrates``. In line contact of a curved rod, the *tail* beyond
+the contact point hangs free and may cross the rest of the rod.
 """
 
 from dataclasses import dataclass
@@ -24,30 +24,31 @@ from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
 
-# A shape touches itself or the surface where its clearance is below this (L).
+# Rounding error of a clearance (L): a shape is inadmissible if a clearance is below minus this.
 TOLERANCE = 1e-12
-# Slope (rad) of a tip that lies level, up to rounding: what passes through the surface because of
-# it is far below that tolerance.
+# Slope (rad) up to which a tip counts as level. The part of the rod that then passes through the
+# surface is far smaller than `TOLERANCE`.
 LEVEL = 1e-9
-# Slope (rad) by which a shape may miss a limit at its nodes; distance (L) at which the parts of a
-# shape are far from each other.
+# NEAR: how much larger than at the nodes (rad) the slope may be between them. APART: distance (L)
+# beyond which two parts of a shape are far from each other.
 NEAR, APART = 0.05, 0.03
-# Slope (rad) at the nodes of a curved rod that may be negative between them.
+# Smallest slope (rad) at the nodes of a curved rod that excludes a negative slope between them.
 NEARLY_LEVEL = 0.002
-# Fewest nodes on which a shape is looked at closely.
+# Fewest nodes on which a shape is examined closely.
 CLOSE_LOOK = 64
-# Distances (τ) from the tip at which a curved rod is looked at: it may arch for a short way there.
+# Further places to examine, as distances (τ) from the tip: a curved rod may form arches there.
 NEXT_TO_TIP = np.geomspace(1e-6, 0.03, 48)
-# A loop closes by turning through half a circle at least (rad); what turns less is far from it.
+# A rod must turn by more than half a circle to cross itself; one that turns by less than this (rad)
+# is far from doing so.
 HALF_TURN = np.pi - 0.3
-# Every so manyth node is looked at for where a rod comes near itself.
+# Step, in nodes, between the places that are compared to find where a rod comes near itself.
 STRIDE = 2
-# Parts of the tail at which its height is looked at.
+# Fractions of the tail at which its height is examined.
 TAIL = np.linspace(0.0, 1.0, 17)[1:]
-# Parts of the tail at which it is looked at for where a rod comes near itself.
+# Fractions of the tail that are compared to find where a rod comes near itself.
 TAIL_LOOKS = np.linspace(0.0, 1.0, 65)[1:]
-# Steps that the search for the nearest parts takes at most, their bound, the one that counts as
-# converged, and the one that ends the search (τ).
+# Newton's search for the nearest parts of a rod: number of steps, largest step (τ), step below
+# which the search has converged, and step at which it stops.
 NEWTON_STEPS, LONGEST_STEP, CONVERGED, ROUNDING = 12, 0.05, 1e-8, 1e-13
 
 BELOW = "the rod dips below the level of its clamp"
@@ -57,16 +58,16 @@ CROSSES_ITSELF = "the rod crosses itself"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Clearance(Batch):
-    """Clearances of shapes (L); negative where inadmissible, infinite where they are large.
+    """Clearances of shapes (L); negative if inadmissible, infinite if too large to matter.
 
     Attributes
     ----------
     clamp : ndarray, shape (n,)
-        Height above the clamp of the lowest point behind a bend.
+        Height above the clamp of the lowest point at which the rod turns upwards again.
     surface : ndarray, shape (n,)
-        Distance below the surface of the highest point of an arch.
+        Distance below the surface of the highest point of an arch or of a rising tail.
     itself : ndarray, shape (n,)
-        Least distance between two parts of the rod.
+        Smallest distance between two parts of the rod; negative if they overlap.
     """
 
     clamp: FloatArray
@@ -75,7 +76,7 @@ class Clearance(Batch):
 
     @property
     def smallest(self) -> FloatArray:
-        """Smallest of the three, shape (n,)."""
+        """Smallest of the three clearances, shape (n,)."""
         return np.minimum(np.minimum(self.clamp, self.surface), self.itself)
 
     def reasons(self, row: int) -> str:
@@ -85,7 +86,7 @@ class Clearance(Batch):
 
 
 def clearances(states: RodStates, eta: FloatArray) -> Clearance:
-    """Measure the clearances of shapes; the surface is at `eta`."""
+    """Measure the clearances of shapes below surfaces at the heights `eta` (L), shape (n,)."""
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
     curved, curls = states.curvature.shape[1] > 0, np.zeros(len(states), dtype=bool)
@@ -94,12 +95,12 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         lowest = np.minimum(low, turn.min(axis=1))
         curls = states.line & (np.maximum(high, turn.max(axis=1)) - lowest > HALF_TURN)
         found.surface[:] = _surface_over_tail(states, up)
-    # Without a slope of 0 or π inside the rod rises all the way, and can neither turn nor cross.
+    # Where the slope stays between 0 and π, the rod rises all the way: all clearances are large.
     near = np.flatnonzero((high > np.pi - NEAR) | (low < NEARLY_LEVEL * curved) | curls)
     if len(near):
         some = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
         shapes = _Shapes.of(some, with_tail=bool(curls.any()))
-        # A tip that passes through the surface is no arch.
+        # A rod whose tip passes through the surface has no arch.
         touches = some.line | (ends(some).phi1 >= -LEVEL)
         known = shapes.at(shapes.places[None])
         arch = np.where(touches, eta[near] - shapes.extreme(known, lowest=False), np.inf)
@@ -110,13 +111,13 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
 
 
 def _tail(states: RodStates) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Natural shapes of the parts beyond the contact points, at some places of each."""
+    """Natural shapes of the tails beyond the contact points, at the fractions `TAIL`."""
     start = np.broadcast_to(states.s_c[:, None], (len(states), len(TAIL)))
     return tail(states.curvature, start, start + TAIL * (1.0 - start))
 
 
 def _surface_over_tail(states: RodStates, up: FloatArray) -> FloatArray:
-    """Clearance of a tail below the surface; infinite where it is large."""
+    """Clearances of tails, shape (n,): negative if a tail rises above the surface, else ∞."""
     rises = np.maximum(up.max(axis=1), polynomial(states.curvature, states.s_c[:, None])[:, 0])
     return np.where(states.line & (rises > 0.0), -rises, np.inf)
 
@@ -130,7 +131,7 @@ class _Shapes(Batch):
     slope, along, up, bend : ndarray
         Coefficients of φ, dx/dτ, dy/dτ and dφ/dτ.
     curvature : ndarray, shape (n, k)
-        Coefficients of κ0 of the tails, at 1 < τ ≤ 2; k = 0 where all rods are straight.
+        Coefficients of κ0 of the tails, which are at 1 < τ ≤ 2; k = 0 without tails.
     """
 
     slope: FloatArray
@@ -167,7 +168,7 @@ class _Shapes(Batch):
         return 2.0 if self.curvature.shape[1] else 1.0
 
     def at(self, tau: FloatArray) -> "_Places":
-        """Evaluate all shapes at places of shape (1, places), or each at its own, (n, places)."""
+        """Evaluate shapes at places τ: common ones, shape (1, places), or own ones, (n, places)."""
         values, integrals = legendre_series(self.slope.shape[1], np.minimum(tau, 1.0))
 
         def summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
@@ -195,15 +196,15 @@ class _Shapes(Batch):
         )
 
     def steepness(self, tau: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Evaluate sin φ and its derivative by τ, one place for each of `rows`."""
+        """Evaluate sin φ and its derivative with respect to τ, at one place of each of `rows`."""
         place = self.take(rows).at(tau[:, None])
         return np.sin(place.phi[:, 0]), np.cos(place.phi[:, 0]) * place.bend[:, 0]
 
     def extreme(self, known: "_Places", *, lowest: bool) -> FloatArray:
-        """Height of each shape's lowest or highest inner point; infinite, or −infinite, if none."""
+        """Height of each shape's lowest or highest inner point; ∞ or −∞ if there is none."""
         sign = 1.0 if lowest else -1.0
         rise = sign * np.sin(known.phi)
-        # Between two nodes the height falls no longer.
+        # The height has a minimum, or a maximum, between two places.
         turns = (rise[:, :-1] < 0.0) & (rise[:, 1:] >= 0.0)
         height = sign * known.y
         height = np.where(turns, np.minimum(height[:, :-1], height[:, 1:]), np.inf)
@@ -219,9 +220,9 @@ class _Shapes(Batch):
         return found
 
     def gaps(self) -> FloatArray:
-        """Least distance of two parts of each shape, negative if they overlap, infinite if far.
+        """Smallest distance of two parts of each shape; negative if they overlap, infinite if far.
 
-        They are parts between which the rod turns by nearly half a circle or more.
+        Only parts between which the rod turns by more than `HALF_TURN` are compared.
         """
         tau = np.append(gauss_rule(self.slope.shape[1]).nodes[::STRIDE], 1.0)
         if self.curvature.shape[1]:
@@ -243,7 +244,11 @@ class _Shapes(Batch):
         return found
 
     def nearest(self, start: FloatArray, *, tip: bool) -> FloatArray:
-        """Signed least distance of two parts, sought from two places; NaN where none is found."""
+        """Search the smallest distance of two parts, as in `gaps`; NaN where it was not found.
+
+        The search begins at pairs of places, shape (n, 2); with `tip`, one of them stays at the
+        tip.
+        """
         tau = start.copy()
         if tip:
             tau[:, 1] = self.end
@@ -264,7 +269,7 @@ class _Shapes(Batch):
                 break
         turn = place.phi[:, 1] - place.phi[:, 0]
         found = (np.abs(step).max(axis=1) < CONVERGED) & (np.abs(turn) > HALF_TURN)
-        # Parts that cross are nearest where they do: how far they overlap grows with the angle.
+        # Parts that cross have no distance: the sine of the angle measures how far they overlap.
         crosses = (np.hypot(*way.T) < TOLERANCE) & (tau.max(axis=1) < self.end)
         gap = np.where(crosses, -np.abs(np.sin(turn)), np.sign(turn) * lever[:, 0])
         return np.where(found, gap, np.nan)
@@ -272,7 +277,7 @@ class _Shapes(Batch):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Places(Batch):
-    """Shapes at some places: slope φ, dφ/dτ, position and ds/dτ, shape (n, places) each."""
+    """Shapes at some places: slope φ, dφ/dτ, position x, y and ds/dτ; shape (n, places) each."""
 
     phi: FloatArray
     bend: FloatArray

@@ -10,8 +10,8 @@ from vibrissa.mechanics.taper import arc_density, arc_length, diameter, stiffnes
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 
-# Points along a rod at which it is measured, in steps of Runge and Kutta's method: the measures are
-# good to 1e-6, up to θ = 20. SciPy's methods take half a second to load.
+# Points along a rod, one Runge–Kutta step apart: the measures are then accurate to 1e-6 up to
+# θ = 20. SciPy's integrators would take half a second to load.
 POINTS = 201
 
 
@@ -28,7 +28,7 @@ class Bending(Batch):
     strain : ndarray, shape (n,)
         Largest strain |φ' − κ0|·d/2 at the rod's surface (d0/L).
     place : ndarray, shape (n,)
-        Arc length at which the strain is largest (L), to half a per cent of the rod.
+        Arc length at which the strain is largest (L), accurate to 0.005 L.
     turn : ndarray, shape (n,)
         Angle π/2 − φ1 by which the rod turns at the contact (rad).
     """
@@ -56,12 +56,12 @@ def measure(
     theta, f, alpha : ndarray, shape (n,)
         Taper, contact force (E·I0/L²) and its inclination (rad).
     x_c, y_c, s_c : ndarray, shape (n,)
-        Contact point, seen from the clamp, and its arc length (L).
+        Contact point relative to the clamp, and its arc length (L).
 
     Notes
     -----
-    The strain is |m|/(2·d³), as B = d⁴. It is largest at the clamp, or where m'/m = 3·d'/d: in a
-    hardly bent rod where the diameter is 3/2 of the tip's, if θ > 3/2.
+    The strain is |m|/(2·d³), as B = d⁴. It is largest at the clamp or where m'/m = 3·d'/d. In a
+    slightly bent rod with θ > 3/2 this is where d is 3/2 of the tip diameter.
     """
 
     def moment(x: FloatArray | float, y: FloatArray | float) -> FloatArray:
@@ -94,7 +94,7 @@ def measure(
 def _integrated(
     derivative: Callable[[float, FloatArray], FloatArray], state: FloatArray, points: int
 ) -> FloatArray:
-    """Integrate from 0 to 1 by Runge and Kutta's method of fourth order: states at all points."""
+    """Integrate from 0 to 1 by the classical Runge–Kutta method; return states at all points."""
     step, states = 1.0 / (points - 1), [state]
     for t in np.linspace(0.0, 1.0 - step, points - 1):
         k1 = derivative(t, state)
@@ -107,7 +107,7 @@ def _integrated(
 
 
 def _peak(values: FloatArray) -> FloatArray:
-    """Largest values over equally spaced points, shape (points, n), refined by a parabola."""
+    """Maxima of n functions, given at equally spaced points, shape (points, n), by parabolas."""
     largest = values.argmax(axis=0)
     middle = np.clip(largest, 1, len(values) - 2)
     before, at, after = (values[middle + k, np.arange(values.shape[1])] for k in (-1, 0, 1))

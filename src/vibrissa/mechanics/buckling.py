@@ -49,7 +49,7 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
 
 
 def buckled_unknowns(theta: FloatArray, eta: FloatArray, nodes: int) -> FloatArray:
-    """Guess α = 0 states, shape (n, nodes + 3): the buckling mode, scaled to a height near η."""
+    """Guess unknowns at α = 0, shape (n, nodes + 3): the buckling mode scaled to heights near η."""
     rule = gauss_rule(nodes)
     mode = buckling_mode(rule.nodes, theta)
     weights = rule.weights * arc_density(rule.nodes, theta[:, None])

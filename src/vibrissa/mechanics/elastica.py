@@ -32,7 +32,7 @@ def rod_equations(
     cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
 
     def derivative(s: float, state: FloatArray) -> tuple[float, float, float]:
-        x, y, phi = state.tolist()  # Python's numbers are faster than NumPy's, one by one
+        x, y, phi = state.tolist()  # single numbers are faster in Python than in NumPy
         flexibility = theta**4 / (theta * s - theta - s) ** 4
         moment = f * (cos_alpha * (x - x1) + sin_alpha * (y - y1))
         natural = highest

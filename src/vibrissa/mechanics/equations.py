@@ -1,17 +1,17 @@
-"""Equations of equilibrium of the clamped rod in contact, collocated: residuals and Jacobian.
+"""Collocated equations of equilibrium of the clamped rod in contact: residuals and Jacobian.
 
-The rod touches the surface at arc length s_c: with its tip (point contact, s_c = 1) or, where the
-tip would pass through the surface, tangentially at s_c < 1 with the rest lying straight and
-unloaded on it (line contact). On the free part the moment obeys m' = fx·sin φ − fy·cos φ with
-m(s_c) = 0 for the contact force (fx, fy), and B·(φ' − κ0) = m with φ(0) = π/2 + β + c·m(0), where
-β, c and κ0 belong to the mounting (`vibrissa.mechanics.mounting`; in the paper all are 0).
-Integrated twice this is
+The rod touches the surface at arc length s_c. In point contact this is the tip, s_c = 1. In line
+contact the rod touches tangentially at s_c < 1, and the part beyond is unloaded: if straight, it
+lies on the surface. On the free part, up to s_c, the moment obeys m' = fx·sin φ − fy·cos φ with
+m(s_c) = 0 for the contact force (fx, fy), and the slope obeys B·(φ' − κ0) = m with
+φ(0) = π/2 + β + c·m(0). The mounting gives β, c and κ0 (`vibrissa.mechanics.mounting`); all are 0
+in the paper. Integrated twice, the equations are
 
     φ(s) = π/2 + β + c·m(0) + ∫₀ˢ κ0 du − ∫₀ˢ B⁻¹(u) ∫ᵤ^s_c (fx·sin φ − fy·cos φ) dv du ,
     m(0) = −∫₀^s_c (fx·sin φ − fy·cos φ) dv ,                                            (E1)
 
-closed by the height of the contact point above the clamp, by one more condition, and by the kind
-of contact,
+The height of the contact point above the clamp (E2), one prescribed quantity (E3) and the kind of
+contact (E4) close the equations:
 
     ∫ sin φ ds − tan δ·offset = η − tan δ·x1_init ,                                      (E2)
     offset = ∫ cos φ ds + 1 − s_c ,  fx·cos α + fy·sin α = 0 ,
@@ -19,12 +19,12 @@ of contact,
     φ(s_c) = 0 ,                                                              (E3a, E3b, E3c, E3d)
     s_c = 1     or     φ(s_c) = 0 .                                               (E4a, E4b)
 
-E2: the clamp moves at the angle δ to the surface. E3a prescribes the position of the tip relative
+In E2 the clamp moves at the angle δ to the surface. E3a prescribes the position of the tip relative
 to the clamp, E3b the inclination α of the force, E3c the continuation parameter of
-`vibrissa.sticking.solving.following`. E3d with s_c = 1 holds where the contact changes its kind.
+`vibrissa.sticking.solving.following`. E3d with s_c = 1 holds where the kind of contact changes.
 
-φ is a polynomial in the bending coordinate τ (`vibrissa.mechanics.taper`) of the free part through
-Gauss–Legendre nodes. All functions work on batches: the first axis counts states.
+φ on the free part is a polynomial in the bending coordinate τ (`vibrissa.mechanics.taper`), given
+by its values at Gauss–Legendre nodes. All functions work on batches: the first axis counts states.
 """
 
 from collections.abc import Mapping
@@ -40,11 +40,11 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch, slices
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
 
-# The contact point, as a place along the free part.
+# The contact point in the bending coordinate: τ = 1.
 END = np.ones(1)
-# States whose residuals are computed together: what belongs to them stays in the cache.
+# Number of states whose residuals are computed together; their arrays fit into the cache.
 STATES_AT_ONCE = 128
-# Order of the quantities that E3 weighs.
+# Indices of the quantities in the weighted sum of E3.
 OFFSET, FX, FY, S_C, PHI1 = range(5)
 
 
@@ -75,7 +75,7 @@ class ClosingCondition(Batch):
         value: FloatArray | float = 0.0,
         tilt: FloatArray | float = 0.0,
     ) -> Self:
-        """Prescribe a weighted sum; keys of weights: `OFFSET`, `FX`, ..."""
+        """Prescribe a weighted sum as E3; the keys of `weights` are `OFFSET`, `FX`, ..."""
         every = np.zeros((len(height), 5))
         for quantity, weight in weights.items():
             every[:, quantity] = weight
@@ -84,7 +84,7 @@ class ClosingCondition(Batch):
 
 
 class _Integrands(NamedTuple):
-    """Integrands along the rod, per τ and at the nodes: shape (n, nodes) each."""
+    """Integrands with respect to τ, at the nodes along the rod; shape (n, nodes) each."""
 
     height: FloatArray
     reach: FloatArray
@@ -93,7 +93,7 @@ class _Integrands(NamedTuple):
 
 
 def _integrands(states: RodStates) -> _Integrands:
-    """Integrands of height, reach, moment and slope.
+    """Compute the integrands of height, reach, moment and slope.
 
     The moment gradient is m' = fx·sin φ − fy·cos φ = f·cos(φ − α).
     """
@@ -110,7 +110,7 @@ def bending_moment(states: RodStates) -> FloatArray:
 
 
 class Ends(NamedTuple):
-    """States at the clamp and at the contact point.
+    """Quantities of states at the clamp and at the contact point.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class Ends(NamedTuple):
 
 
 def ends(states: RodStates) -> Ends:
-    """Evaluate states at both ends of the free part; φ1 is equation E1 at s = s_c."""
+    """Evaluate states at both ends of the free part; φ1 follows from E1 at s = s_c."""
     return _ends(states, _integrands(states))
 
 
@@ -172,14 +172,14 @@ def largest_residual(states: RodStates, closing: ClosingCondition) -> FloatArray
 
 
 class Derivatives(NamedTuple):
-    """Derivatives of states by their unknowns, on the last axis.
+    """Derivatives with respect to the unknowns, which the last axis counts.
 
     Attributes
     ----------
     slope : ndarray, shape (n, nodes, nodes + 3)
-        Of the residual of E1.
+        Derivatives of the residual of E1.
     height, ends : ndarray, shape (n, nodes + 3) and (n, 5, nodes + 3)
-        Of ∫ sin φ ds, and of offset, fx, fy, s_c and φ1.
+        Derivatives of ∫ sin φ ds, and of offset, fx, fy, s_c and φ1.
     """
 
     slope: FloatArray
@@ -188,7 +188,7 @@ class Derivatives(NamedTuple):
 
 
 def derivatives(states: RodStates) -> Derivatives:
-    """Differentiate E1, the height and the quantities of E3 by the unknowns."""
+    """Differentiate E1, the height and the quantities of E3 with respect to the unknowns."""
     nodes, rule = states.nodes, gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
     sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
@@ -197,7 +197,7 @@ def derivatives(states: RodStates) -> Derivatives:
     arc_growth, compliance_growth = density_growth(
         rule.nodes, states.theta[:, None], states.s_c[:, None]
     )
-    # The load by all unknowns, and its integrals: the moment, and what bends the rod.
+    # Derivatives of dm/dτ (load); their integrals give those of dφ/dτ (bend) and of m(0).
     load_change = np.zeros((len(states), nodes, nodes + 3))
     diagonal = np.arange(nodes)
     load_change[:, diagonal, diagonal] = load_slope
@@ -231,7 +231,7 @@ def _natural_growth(states: RodStates, tau: FloatArray) -> FloatArray:
 def jacobian(
     states: RodStates, closing: ClosingCondition, changes: Derivatives | None = None
 ) -> FloatArray:
-    """Differentiate `residuals` by the unknowns, shape (n, nodes + 3, nodes + 3)."""
+    """Differentiate `residuals` with respect to the unknowns, shape (n, nodes + 3, nodes + 3)."""
     slope, height, by_ends = derivatives(states) if changes is None else changes
     matrix = np.empty((len(states), states.nodes + 3, states.nodes + 3))
     matrix[:, :-3] = slope
@@ -266,7 +266,7 @@ def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     phi = at_points(values, states.phi)
     x = at_points(integrals, density * np.cos(states.phi))
     y = at_points(integrals, density * np.sin(states.phi))
-    # Beyond the contact point the rod has its natural shape, with the slope that it has there.
+    # Beyond the contact point the rod has its natural shape, which continues the slope there.
     along, up, turn = tail(states.curvature, free, np.broadcast_to(s, free.shape))
     cos, sin = np.cos(phi), np.sin(phi)
     return x + along * cos - up * sin, y + along * sin + up * cos, phi + turn

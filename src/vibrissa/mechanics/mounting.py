@@ -20,9 +20,9 @@ from vibrissa.numerics.spectral import gauss_rule
 
 # Slope of the ideal clamp (rad).
 CLAMP_SLOPE = np.pi / 2
-# Gauss nodes that integrate the natural shape of a part of a rod.
+# Number of Gauss nodes for the integration of a natural shape.
 TAIL_NODES = 16
-# Bound on both angles (rad): beyond it nothing stands or moves as the model says.
+# Bound on the magnitudes of the clamp and stage angles (rad).
 RIGHT_ANGLE = np.pi / 2
 
 
@@ -72,7 +72,7 @@ class Mounting:
             raise ArgumentError(
                 f"clamp_compliance must not be negative (L/(E I0)), got {compliance!r}"
             )
-        # A list, or an array, is as good as a tuple.
+        # Lists and arrays become tuples.
         object.__setattr__(self, "curvature", _listed(self.curvature))
         for value in self.coefficients:
             _number("curvature", value)
@@ -89,7 +89,7 @@ class Mounting:
 
     @property
     def is_ideal(self) -> bool:
-        """Whether, besides, the stage moves along the surface: the paper's mounting."""
+        """Whether `is_ideal_rod` holds and the stage moves along the surface, as in the paper."""
         return self.is_ideal_rod and self.stage_angle == 0.0
 
 
@@ -112,9 +112,9 @@ IDEAL = Mounting()
 
 
 def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
-    """Properties of rods in the columns θ, β (rad), c (L/(E·I0)) and the k coefficients of κ0.
+    """Properties of rods, shape (n, 3 + k): θ, β (rad), c (L/(E·I0)) and k coefficients of κ0.
 
-    Straight rods have k = 0.
+    If all rods are straight, k = 0.
     """
     count = max((len(one.coefficients) for one in mountings if any(one.coefficients)), default=0)
     columns = np.zeros((len(mountings), 3 + count))
@@ -129,22 +129,24 @@ def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
 def tail(
     curvature: FloatArray, start: FloatArray, stop: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Natural shape of rods from arc length `start` to `stop` (L), in axes along the slope there.
+    """Natural shape of rods between two arc lengths, relative to position and slope at the first.
 
     Parameters
     ----------
     curvature : ndarray, shape (n, k)
         Coefficients of κ0 (1/L), lowest power of s first.
+    start, stop : ndarray, shape (n, points)
+        First and last arc length (L).
 
     Returns
     -------
     along, up, turn : ndarray, shape (n, points)
-        Distances along the slope at `start` and normal to it (L), and angle of turn (rad).
+        Distances along the tangent at `start` and normal to it (L), and change of slope (rad).
     """
     integral = curvature / np.arange(1, curvature.shape[1] + 1)
     begin, length = start * polynomial(integral, start), stop - start
     rule = gauss_rule(TAIL_NODES)
-    # What is straight is so exactly.
+    # 1 − cos is integrated, so that a straight rod stays straight exactly.
     shortening, up = np.zeros_like(length), np.zeros_like(length)
     for node, weight in zip(rule.nodes, rule.weights, strict=True):
         s = start + node * length
@@ -156,7 +158,7 @@ def tail(
 
 
 def polynomial(coefficients: FloatArray, s: FloatArray) -> FloatArray:
-    """Polynomials, coefficients of shape (n, k), lowest first, at places of shape (n, points)."""
+    """Evaluate polynomials with coefficients (n, k), lowest power first, at places (n, points)."""
     value = np.zeros_like(s)
     for coefficient in coefficients.T[::-1]:
         value = value * s + coefficient[:, None]

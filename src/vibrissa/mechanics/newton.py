@@ -1,4 +1,4 @@
-"""Newton's iteration for batches of states: residuals on all nodes, corrections from few."""
+"""Newton's iteration for batches of states: residuals on all nodes, Jacobians on fewer nodes."""
 
 from typing import NamedTuple
 
@@ -9,11 +9,11 @@ from vibrissa.mechanics.states import SCALARS, RodStates, transfer
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 
 MAX_ITERATIONS = 25
-# Part of the nodes on which corrections and tangents are found, and the fewest that make sense.
+# Share of the nodes that Jacobians use, and the fewest nodes that are useful.
 COARSE_NODES, FEWEST_COARSE_NODES = 0.35, 12
-# Where a correction is not this much smaller than the one before, the inverse is computed anew.
+# Ratio of a correction to the previous one above which the inverse Jacobian is computed anew.
 GOOD_CONTRACTION = 0.3
-# Corrections below this may be rounding, on many nodes.
+# On many nodes, corrections below this may be rounding errors.
 ROUNDING = 1e-9
 
 
@@ -24,7 +24,7 @@ class Solution(NamedTuple):
     converged: BoolArray
 
 
-# Where the iteration diverges numbers overflow; the result tells.
+# Numbers may overflow where the iteration diverges; `converged` is then False.
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def solve(
     guess: RodStates,
@@ -37,7 +37,7 @@ def solve(
     Parameters
     ----------
     tolerance : float
-        Change at which the iteration ends; the error is then a hundredth of it.
+        Size of a correction at which the iteration ends; the error is then a hundredth of it.
     iterations : int
         Largest number of corrections.
     """
@@ -55,7 +55,7 @@ def solve(
         size = _size(states.unknowns[active], change)
         shrunk = size / previous[active]
         previous[active] = size
-        # Near rounding nothing shrinks any more.
+        # Near rounding error, corrections do not shrink any more.
         done = (size < tolerance) | ((size < ROUNDING) & (shrunk > 0.5))
         converged[active[done]] = True
         goes_on = ~done & np.isfinite(size)
@@ -70,10 +70,11 @@ def solve(
 
 
 def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:
-    """Correction of states: residual on all nodes, inverse of the Jacobian on few.
+    """Compute corrections from residuals on all nodes and inverse Jacobians on fewer nodes.
 
-    The integral operator of E1 makes correction minus residual smooth (K. E. Atkinson, The
-    Numerical Solution of Integral Equations of the Second Kind, 1997, §6.2).
+    Fewer nodes suffice, because the integral operator of E1 makes the difference between correction
+    and residual smooth (K. E. Atkinson, The Numerical Solution of Integral Equations of the Second
+    Kind, 1997, §6.2).
     """
     nodes, few = states.nodes, inverse.shape[1] - SCALARS
     values = residuals(states, closing)
@@ -93,7 +94,7 @@ def _size(unknowns: FloatArray, change: FloatArray) -> FloatArray:
 
 
 def coarse_nodes(nodes: int) -> int:
-    """Choose the number of nodes for corrections of states on `nodes` nodes."""
+    """Choose the number of nodes of the Jacobian for states on `nodes` nodes."""
     return min(nodes, max(FEWEST_COARSE_NODES, round(COARSE_NODES * nodes)))
 
 
@@ -119,9 +120,9 @@ class Tangent(NamedTuple):
     Attributes
     ----------
     change : ndarray, shape (n, nodes + 3)
-        Of the unknowns, found on few nodes.
+        Derivatives of the unknowns, from a Jacobian on `coarse_nodes`.
     ends : ndarray, shape (n, 5)
-        Of offset, fx, fy, s_c and φ1.
+        Derivatives of offset, fx, fy, s_c and φ1.
     """
 
     change: FloatArray
@@ -129,7 +130,7 @@ class Tangent(NamedTuple):
 
 
 def tangent(states: RodStates, closing: ClosingCondition) -> Tangent:
-    """Differentiate states by the value that E3 prescribes."""
+    """Differentiate states with respect to the value of E3."""
     few = states.on_nodes(coarse_nodes(states.nodes))
     changes = derivatives(few)
     column = _inverted(jacobian(few, closing, changes))[:, :, -2]

@@ -38,13 +38,13 @@ class Rod:
     length: float
 
     def __post_init__(self) -> None:
-        """Refuse values that no rod has."""
+        """Check all values."""
         for name, value, unit in (
             ("modulus", self.youngs_modulus, "Pa"),
             ("diameter", self.base_diameter, "m"),
             ("length", self.length, "m"),
         ):
-            # Within these bounds the units of force and moment are numbers, too.
+            # Within these bounds the units of force and moment do not overflow.
             if not 1e-30 < value < 1e30:
                 raise ArgumentError(
                     f"the {name} of a rod must lie between 1e-30 and 1e30 {unit}, got {value:g}"

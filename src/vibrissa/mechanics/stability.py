@@ -1,4 +1,4 @@
-"""Stability: whether an equilibrium is a minimum of the energy."""
+"""Stability in the plane: whether an equilibrium is a minimum of the energy."""
 
 import numpy as np
 
@@ -8,18 +8,19 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.eigenvalues import smallest_eigenvalue
 from vibrissa.numerics.spectral import gauss_rule
 
-# Stiffness from which on a turn is held: the margin differs by less than 1e-6.
+# Stiffness above which a rotation counts as prevented; the margin then differs by less than 1e-6.
 RIGID = 1e5
 
 
 def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
-    """How far each equilibrium is from losing stability with clamp and contact point held fixed.
+    """Compute margins of stability in the plane, with clamp and contact point held.
 
-    The equilibrium is a minimum of the bending energy if the second variation
-    ∫ B·ψ'² ds + ∫ (fx·cos φ + fy·sin φ)·ψ² ds is positive for every ψ with ψ(0) = 0 that keeps the
-    contact point: ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0, and ψ(s_c) = 0 in line contact if κ0(s_c) = 0.
+    An equilibrium is a minimum of the energy if the second variation
+    ∫ B·ψ'² ds + ∫ (fx·cos φ + fy·sin φ)·ψ² ds is positive for every variation ψ of the slope with
+    ψ(0) = 0 that keeps the contact point: ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0, and in line contact of a
+    rod with κ0(s_c) = 0 also ψ(s_c) = 0.
 
-    A yielding clamp frees ψ(0) and adds ψ(0)²/c. A rod curved away from the surface, κ0(s_c) < 0,
+    A compliant clamp frees ψ(0) and adds ψ(0)²/c. A rod curved away from the surface, κ0(s_c) < 0,
     rolls over its contact point: this frees ψ(s_c) and adds fy·ψ(s_c)²/κ0(s_c) > 0.
 
     Parameters
@@ -30,20 +31,21 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
     Returns
     -------
     ndarray, shape (n,)
-        Least second variation per elastic energy of ψ: at most 1, positive where the equilibrium
-        is stable, zero at the limit.
+        Smallest ratio of the second variation to its elastic part: at most 1, positive where the
+        equilibrium is stable, zero at the limit of stability.
     """
     rule = gauss_rule(states.nodes)
-    # Columns are states: an integral along the rod is one product of matrices for all of them.
+    # Each column is a state, so that one matrix product integrates along all rods.
     length, compliance = (np.ascontiguousarray(d.T) for d in states.densities(rule.nodes))
     length *= rule.weights[:, None]
     sin, cos = np.sin(states.phi).T, np.cos(states.phi).T
     load = length * (states.fx * cos + states.fy * sin)
-    # ψ from u, the root of its bending energy density: ∫ B·ψ'² ds = Σ u². One more variable is the
-    # turn of the clamp, in units of the root of its energy. At the contact point ψ is touch·u.
+    # The unknowns u are scaled so that the elastic part is Σ u²; the last one is the clamp's
+    # rotation. At the contact point ψ = touch·u.
     bend, turn = np.sqrt(rule.weights[:, None] * compliance), np.sqrt(states.clamp_compliance)
     integral, touch = rule.from_start / rule.weights, np.concatenate([bend, turn[None]])
-    # At a tip nothing holds the slope. Where the rod lies down a turn costs energy, or is held.
+    # At the contact point the slope of a tip is free. In line contact its rotation costs energy, or
+    # is prevented.
     curvature = polynomial(states.curvature, states.s_c[:, None])[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         stiffness = np.where(curvature < 0.0, np.maximum(states.fy / curvature, 0.0), np.inf)
@@ -51,11 +53,11 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
     held = np.where(yields, stiffness, 0.0)
 
     def transposed(along: FloatArray) -> FloatArray:
-        """Turn derivatives by ψ at the nodes into derivatives by u."""
+        """Convert derivatives with respect to ψ at the nodes to those with respect to u."""
         return np.concatenate([bend * (integral.T @ along), turn * along.sum(axis=0)[None]])
 
     def load_variation(u: FloatArray) -> FloatArray:
-        """Half the derivative of the second variation by u, without the elastic energy."""
+        """Half the derivative of the second variation by u, without the elastic part."""
         psi = integral @ (bend * u[:-1]) + turn * u[-1]
         return transposed(load * psi) + held * touch * (touch * u).sum(axis=0)
 

@@ -12,7 +12,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import refinement_matrix
 
-# A column of a batch, or a number where there is one state alone.
+# A column of a batch, or one number for a single state.
 Values: TypeAlias = Any
 # Unknowns besides the slopes: fx, fy and s_c.
 SCALARS = 3
@@ -87,11 +87,11 @@ class RodStates(Batch):
         return replace(self, unknowns=self.unknowns @ transfer(self.nodes, nodes))
 
     def with_unknowns(self, unknowns: FloatArray) -> Self:
-        """Other states of the same rods and kinds of contact."""
+        """Replace the unknowns; rods and kinds of contact stay the same."""
         return replace(self, unknowns=unknowns)
 
     def densities(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Arc length and bending compliance per bending coordinate, each (n, len(tau))."""
+        """Return ds/dτ (L) and B⁻¹·ds/dτ (L/(E·I0)), each of shape (n, len(tau))."""
         return densities(tau, self.theta[:, None], self.s_c[:, None])
 
     def arc_length(self, tau: FloatArray) -> FloatArray:
@@ -111,7 +111,7 @@ class RodStates(Batch):
 
 @lru_cache
 def transfer(nodes: int, other: int) -> FloatArray:
-    """Matrix that takes unknowns from `nodes` to `other` nodes, applied from the right."""
+    """Matrix that interpolates unknowns from `nodes` to `other` nodes, applied from the right."""
     matrix = np.eye(nodes + SCALARS, other + SCALARS, k=other - nodes)
     matrix[:, :other] = 0.0
     matrix[:nodes, :other] = (
@@ -135,10 +135,11 @@ class ContactState(Batch):
     s_c : ndarray or float
         Arc length of the contact point, in units of L; 1 in point contact.
     stability : ndarray or float
-        Smallest eigenvalue of the second variation of the energy, clamp and contact point held:
-        positive where the equilibrium is stable; NaN by shooting.
+        Margin of stability in the plane (`vibrissa.mechanics.stability`): positive where the
+        equilibrium is stable; NaN by shooting.
     stability_aside : ndarray or float
-        The same out of the plane; NaN also for a planar section.
+        Margin out of the plane (`vibrissa.mechanics.aside`): positive where the rod stays in its
+        plane; NaN by shooting and for a planar section.
     """
 
     reaction_fx: Values

@@ -1,7 +1,7 @@
 """Geometry of the tapered rod: a truncated cone, clamped at its thick end.
 
-The *bending coordinate* ``tau`` ∈ [0, 1] is defined by ds/dτ = θ·d(s)², so that shapes are equally
-smooth everywhere in τ; at θ = 1 it is s.
+The *bending coordinate* ``tau`` runs from 0 at the clamp to 1 at the contact point, s = s_c, with
+ds/dτ ∝ d(s)², so that shapes are equally smooth everywhere in τ. At θ = 1 it is s/s_c.
 """
 
 from typing import TypeAlias
@@ -42,7 +42,7 @@ def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
 def bending_coordinate(s: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
     """Bending coordinate of an arc length up to s_c (L), the inverse of s(τ) = θ·s_c·τ/h.
 
-    With h = θ − (θ − 1)·s_c·(1 − τ), which is proportional to 1/d(s(τ)).
+    Here h = θ − (θ − 1)·s_c·(1 − τ), which is proportional to 1/d(s(τ)).
     """
     return np.asarray(s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s)))
 
@@ -58,15 +58,12 @@ def arc_length_growth(tau: Floats, theta: Floats, s_c: Floats) -> FloatArray:
 
 
 def arc_density(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
-    """Arc length per bending coordinate (L), ds/dτ = θ·s_c·g/h² ∝ d², g = θ − (θ − 1)·s_c."""
+    """Return ds/dτ = θ·s_c·g/h² (L), which is proportional to d², with g = θ − (θ − 1)·s_c."""
     return densities(tau, theta, s_c)[0]
 
 
 def densities(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> tuple[FloatArray, FloatArray]:
-    """Arc length and bending compliance per bending coordinate: `arc_density` and θ·s_c·h²/g³.
-
-    Their units are L and L/(E·I0).
-    """
+    """Return ds/dτ (L), as `arc_density`, and B⁻¹·ds/dτ = θ·s_c·h²/g³ (L/(E·I0))."""
     shrinks, free = (theta - 1.0) * s_c, theta * s_c
     g = theta - shrinks
     square = np.asarray((g + shrinks * tau) ** 2)
@@ -81,5 +78,5 @@ def density_growth(tau: Floats, theta: Floats, s_c: Floats) -> tuple[FloatArray,
 
 
 def _inverse_diameter(tau: Floats, theta: Floats, s_c: Floats) -> FloatArray:
-    """Value of h = θ − (θ − 1)·s_c·(1 − τ) ∝ 1/d along the free part; g at τ = 0."""
+    """Return h = θ − (θ − 1)·s_c·(1 − τ), proportional to 1/d on the free part; h(0) = g."""
     return np.asarray(theta - (theta - 1.0) * s_c * (1.0 - tau))

@@ -1,4 +1,4 @@
-"""Numerical methods: array types, spectral bases, roots, the step grid.
+"""Numerical methods: arrays, batches, eigenvalues, roots, spectral bases, the step grid.
 
-Independent of rods.
+No module here depends on the mechanics of rods.
 """

@@ -1,4 +1,4 @@
-"""Batches: named columns of equal length, one row for each thing that is computed together."""
+"""Batches: data classes of columns of equal length, to compute many items together."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -11,9 +11,10 @@ from vibrissa.numerics.arrays import FloatArray, Index
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Batch:
-    """Base of data classes whose fields are columns: the first axis of all arrays counts the rows.
+    """Base of data classes whose arrays are columns: their first axis counts the rows.
 
-    A field may be a batch of as many rows; fields of other types hold for all rows.
+    A field may also be a batch with the same number of rows. Fields of other types hold for all
+    rows.
     """
 
     @classmethod
@@ -23,7 +24,7 @@ class Batch:
 
     @property
     def columns(self) -> dict[str, FloatArray]:
-        """Columns by name."""
+        """Columns by name, without those of nested batches."""
         fields = {name: self.__dict__[name] for name in self.__dataclass_fields__}
         return {n: values for n, values in fields.items() if isinstance(values, np.ndarray)}
 
@@ -35,8 +36,8 @@ class Batch:
         raise TypeError(f"{type(self).__name__} has no columns")
 
     def each(self, change: Callable[[FloatArray], FloatArray]) -> Self:
-        """Apply a function to every column."""
-        # Not by the constructor, which takes as long as the solution of a small state.
+        """Apply a function to every column, also of nested batches."""
+        # Without the constructor, which takes as long as the solution of a small state.
         changed = object.__new__(type(self))
         for name in self.__dataclass_fields__:
             values = self.__dict__[name]
@@ -78,16 +79,16 @@ class Batch:
 
     @classmethod
     def unknown(cls, shape: int | tuple[int, ...]) -> Self:
-        """Columns of NaN, all of one shape; for classes that have only columns."""
+        """Make a batch of columns of NaN, all of one shape; all fields must be columns."""
         return cls(**{name: np.full(shape, np.nan) for name in cls.names()})
 
     @classmethod
     def from_matrix(cls, matrix: FloatArray, **known: FloatArray) -> Self:
-        """Make a batch from the columns of a matrix, along its last axis.
+        """Make a batch whose columns are slices of a matrix along its last axis.
 
         Columns given as `known` replace those of the matrix.
         """
-        # Not by the constructor, as in `each`.
+        # Without the constructor, as in `each`.
         named = object.__new__(cls)
         for index, name in enumerate(cls.__dataclass_fields__):
             named.__dict__[name] = known[name] if name in known else matrix[..., index]
@@ -95,7 +96,7 @@ class Batch:
 
 
 def slices(count: int, size: int) -> Iterator[slice]:
-    """Cut `count` rows into slices of at most `size` rows (but at least one)."""
+    """Yield slices that cut `count` rows into blocks of `size` rows, or of one if `size` < 1."""
     size = max(size, 1)
     for start in range(0, count, size):
         yield slice(start, start + size)

@@ -6,38 +6,38 @@ import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
 
-# Steps after which the smallest eigenvalue is looked at for the first time, and then again.
+# Steps before the first check of convergence, and between later checks.
 FIRST_LOOK, LOOKS = 8, 2
-# Change between two looks at which an eigenvalue is taken. It converges so fast that its error is
-# then a hundredth of that.
+# Change between two checks below which an eigenvalue is accepted. Convergence is so fast that its
+# error is then a hundredth of this.
 CHANGE = 1e-9
-# Length of a vector that is nothing but rounding.
+# Length below which a vector consists of rounding errors.
 NOTHING = 1e-14
 
 
 def smallest_eigenvalue(
     operator: Callable[[FloatArray], FloatArray], start: FloatArray, normals: Sequence[FloatArray]
 ) -> FloatArray:
-    """Smallest eigenvalues of symmetric operators in the spaces normal to some vectors.
+    """Smallest eigenvalues of n symmetric operators among vectors orthogonal to `normals`.
 
     Parameters
     ----------
     operator : callable
-        Applies the operators to vectors, shape (size, n).
+        Applies each operator to its vector; maps an array of shape (size, n) to another.
     start : ndarray, shape (size, n)
-        Vectors near the eigenvectors; an eigenvector orthogonal to its start is missed.
+        Guesses of the eigenvectors; an eigenvector orthogonal to its guess is missed.
     normals : sequence of ndarray, shape (size, n)
-        Those vectors; one of zeros excludes nothing.
+        Vectors to which the eigenvectors must be orthogonal; zeros exclude nothing.
 
     Returns
     -------
     ndarray, shape (n,)
-        NaN where an operator is not finite.
+        Smallest eigenvalues; NaN where an operator is not finite.
 
     Notes
     -----
-    B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, §13. Every vector is made orthogonal to
-    all earlier ones.
+    B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, §13. Every Lanczos vector is made
+    orthogonal to all earlier vectors.
     """
     first = len(normals)
     known = np.empty((first + len(start), *start.shape))
@@ -66,7 +66,7 @@ def _smallest(diagonal: FloatArray, beside: FloatArray) -> FloatArray:
     size = np.arange(len(diagonal))
     matrices = np.zeros((diagonal.shape[1], len(size), len(size)))
     matrices[:, size, size] = diagonal.T
-    # Only the lower half is read.
+    # eigvalsh reads only the lower half.
     matrices[:, size[1:], size[:-1]] = beside.T
     finite = np.isfinite(matrices).all(axis=(1, 2))
     smallest = np.full(len(matrices), np.nan)
@@ -75,7 +75,7 @@ def _smallest(diagonal: FloatArray, beside: FloatArray) -> FloatArray:
 
 
 def _orthogonal(vectors: FloatArray, units: FloatArray) -> FloatArray:
-    """Make vectors orthogonal to unit vectors, shape (k, size, n)."""
+    """Make vectors orthogonal to `units`, orthonormal vectors of shape (k, size, n)."""
     shares = np.einsum("kij,ij->kj", units, vectors)
     return np.asarray(vectors - np.einsum("kij,kj->ij", units, shares))
 

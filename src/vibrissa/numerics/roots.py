@@ -1,4 +1,4 @@
-"""Roots in brackets, element by element, and of piecewise polynomials."""
+"""Roots of many functions in brackets, and first roots of piecewise polynomials."""
 
 from collections.abc import Callable
 from math import comb
@@ -11,12 +11,13 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly
 
-# Most steps of Newton's iteration, and of halving after it: down to rounding.
+# Steps of Newton's iteration before bisection begins, and most steps in total; these suffice to
+# reach rounding error.
 NEWTON_STEPS, MOST_STEPS = 12, 70
-# Step, relative to the bracket, whose square is below rounding.
+# Newton step, relative to the bracket, that ends the iteration: its square is below rounding error.
 NEWTON_TOLERANCE = 1e-9
-# Imaginary part below which a root of a polynomial on [0, 1] is taken as real: a double root that
-# was split by rounding.
+# Imaginary part below which a root of a polynomial on [0, 1] is taken as real, because rounding
+# splits a double root into a complex pair.
 REAL = 1e-7
 
 
@@ -27,31 +28,32 @@ def bracketed_root(
     *args: FloatArray | IntArray,
     guess: FloatArray | None = None,
 ) -> FloatArray:
-    """Find a root in each of some brackets, to rounding error and within them.
+    """Find one root in each bracket, to rounding error.
 
     Parameters
     ----------
     function : callable
-        Maps places, and the further arguments of each, to values and slopes.
+        Maps positions, and the further arguments at each position, to values and slopes.
     low, high : ndarray, shape (n,)
-        Ends at which the values have opposite signs, or one of which is a root up to rounding.
+        Ends of the brackets. The values there have opposite signs, or one of them is zero up to
+        rounding.
     *args : ndarray, shape (n,)
         Further arguments of the function.
     guess : ndarray, shape (n,), optional
-        By default the middle of the brackets.
+        First approximations of the roots; by default the middle of the brackets.
     """
     root, width = 0.5 * (low + high) if guess is None else guess.copy(), high - low
     below, above, begins = low.copy(), high.copy(), np.empty_like(low)
     lost = np.ones(root.shape, dtype=bool)
     for step_number in range(MOST_STEPS):
-        # A root that is found stays as it is: it does not depend on what else is sought.
+        # A root that was found does not change any more, so that it is independent of the others.
         at = root[lost]
         some = [arg[lost] for arg in args]
         value, slope = function(at, *some)
         with np.errstate(divide="ignore", invalid="ignore"):
             step = value / slope
         found = np.abs(step) < NEWTON_TOLERANCE * width[lost]
-        # Where Newton's steps do not converge within the bracket, it is halved.
+        # Where Newton's iteration has not converged, the bracket is halved.
         if step_number >= NEWTON_STEPS:
             if step_number == NEWTON_STEPS:
                 begins[lost] = np.sign(function(low[lost], *some)[0])
@@ -72,19 +74,21 @@ def bracketed_root(
 
 
 def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> IntArray:
-    """Find where sequences that do not fall reach given levels, as `numpy.searchsorted` does.
+    """Find where non-decreasing sequences reach given levels, as `numpy.searchsorted` does.
 
     Parameters
     ----------
     rising : ndarray, shape (n, k)
-        Sequences.
+        Sequences, one in each row.
     which : ndarray of int, shape (m,)
-        Sequence of each level.
+        Row in which each level is sought.
+    level : ndarray, shape (m,)
+        Levels.
 
     Returns
     -------
     ndarray of int, shape (m,)
-        First member not below the level; k where all are below, or the level is NaN.
+        Index of the first member that is not below the level; k if all are below it or it is NaN.
     """
     count = rising.shape[1]
     below = np.zeros(len(level), dtype=np.int64)
@@ -103,7 +107,7 @@ def first_fall(function: "BPoly") -> float:
     degree = len(function.c) - 1
     for piece in np.flatnonzero(function.c.min(axis=0) <= 0.0):
         bernstein = function.c[:, piece]
-        # Powers of the part of the piece, highest first.
+        # Coefficients of the powers of the fraction of the piece, highest power first.
         power = [comb(degree, k) * np.diff(bernstein, k)[0] for k in range(degree, -1, -1)]
         roots = np.roots(power)
         real = roots.real[np.abs(roots.imag) < REAL]

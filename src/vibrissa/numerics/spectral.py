@@ -9,9 +9,9 @@ from numpy.polynomial import chebyshev, legendre
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import slices
 
-# Places at which series are evaluated together: what belongs to them stays in the cache.
+# Number of positions at which series are evaluated together; their arrays fit into the cache.
 PLACES_AT_ONCE = 2048
-# Distance from the real line, or from its end, within which a root counts as one on it.
+# Distance from the real interval [-1, 1] up to which a root counts as lying on it.
 ROOT_TOLERANCE = 1e-8
 
 
@@ -23,7 +23,7 @@ class GaussRule(NamedTuple):
     weights : ndarray, shape (n,)
         Quadrature weights of ∫₀¹.
     from_start, to_end : ndarray, shape (n, n)
-        Map values at the nodes to ∫₀^τ and ∫_τ¹ at the nodes.
+        Map values at the nodes to their integrals ∫₀^τ and ∫_τ¹ at the nodes.
     to_coefficients : ndarray, shape (n, n)
         Maps values at the nodes to Legendre coefficients.
     """
@@ -74,7 +74,7 @@ def legendre_series(n: int, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache
 def refinement_matrix(n: int, m: int) -> FloatArray:
-    """Interpolation from `n` Gauss nodes to τ = 0, `m` Gauss nodes and τ = 1, in this order."""
+    """Matrix that interpolates from `n` Gauss nodes to τ = 0, `m` Gauss nodes and τ = 1."""
     tau = np.concatenate([[0.0], gauss_rule(m).nodes, [1.0]])
     return _frozen(legendre_series(n, tau)[0] @ gauss_rule(n).to_coefficients)
 
@@ -96,7 +96,7 @@ def chebyshev_transform(k: int) -> FloatArray:
     -------
     ndarray, shape (k, k)
     """
-    # T_n at the nodes by its definition: by recurrence from rounded nodes it loses a factor n².
+    # T_n at the nodes by its definition: recurrence from rounded nodes would lose a factor n².
     index = np.arange(k)
     polynomials = (-1.0) ** index[:, None] * np.cos(np.pi * np.outer(index, index) / (k - 1))
     # Discrete orthogonality with halved ends: the inverse in closed form, free of rounding growth.
@@ -120,15 +120,15 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
 
 
 def chebyshev_roots(coefficients: FloatArray) -> FloatArray:
-    """Roots of a Chebyshev series, as positions in [0, 1].
+    """Find the real roots of a Chebyshev series, mapped from [-1, 1] to [0, 1].
 
     Returns
     -------
     ndarray
-        Increasing.
+        Roots, increasing.
     """
     series = np.trim_zeros(coefficients, "b")
-    # No polynomial of Chebyshev exceeds 1.
+    # No Chebyshev polynomial exceeds 1: a constant term larger than all others excludes roots.
     if len(series) < 2 or np.abs(series[0]) > np.abs(series[1:]).sum():
         return np.empty(0)
     roots = chebyshev.chebroots(series)
@@ -138,26 +138,26 @@ def chebyshev_roots(coefficients: FloatArray) -> FloatArray:
 
 
 def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatArray) -> FloatArray:
-    """Values of Chebyshev series, each at a place of its own.
+    """Evaluate one group of Chebyshev series at each position.
 
     Parameters
     ----------
     coefficients : ndarray, shape (n, v, k)
-        Of `v` series in each of `n` groups, k at least 2.
+        Coefficients of `v` series in each of `n` groups; k is at least 2.
     which : ndarray of int, shape (m,)
-        Group of each place.
+        Group to evaluate at each position.
     position : ndarray, shape (m,)
-        Places in [-1, 1].
+        Positions in [-1, 1].
 
     Returns
     -------
     ndarray, shape (m, v)
-        Each row is a product of its own: the same, bit for bit, whatever the other places are.
+        Values. No row depends on the other positions, not even by rounding.
     """
     x = np.clip(position, -1.0, 1.0)
     values = np.empty((len(x), coefficients.shape[1]))
     for some in slices(len(x), PLACES_AT_ONCE):
-        # In the order in which a single place has them, too, so that sums are taken alike.
+        # Contiguous rows, as for a single position, so that sums are taken in the same order.
         order = coefficients.shape[2] - 1
         polynomials = np.ascontiguousarray(chebyshev.chebvander(x[some], order))
         values[some] = np.matvec(coefficients[which[some]], polynomials)

@@ -1,7 +1,7 @@
 """The step grid: footpoint displacements that are whole multiples of an exact Δx0.
 
-Where a step ends on the onset of slip, to rounding, the tip still sticks: one rule for every table
-and every scan (`passes`).
+Where a step ends on the onset of slip, up to rounding, the tip still sticks. All tables and scans
+use `passes` to apply this rule.
 """
 
 from decimal import Decimal
@@ -14,7 +14,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 
 # Integers up to here are exact in a double.
 EXACT_INTEGER = 2**53
-# An onset is known to about this: a step that ends within it of the onset ends on the onset (L).
+# Accuracy of an onset (L). A step that ends this close to the onset counts as ending on it.
 ONSET_ACCURACY = 1e-12
 
 
@@ -41,7 +41,7 @@ def passes(x0: FloatArray, onset: FloatArray | float) -> BoolArray:
 
 
 def last_step_within(x0: FloatArray, dx0: Decimal) -> IntArray:
-    """Largest number of steps whose displacement does not pass `x0`.
+    """Largest number of steps Δx0 that do not pass the displacement `x0` (L).
 
     Raises
     ------
@@ -52,7 +52,7 @@ def last_step_within(x0: FloatArray, dx0: Decimal) -> IntArray:
     if np.any(x0 > EXACT_INTEGER * float(dx0)):
         raise ArgumentError(f"a step of {dx0} is too small for displacements up to {x0.max():g}")
     step = np.floor((x0 + ONSET_ACCURACY) / float(dx0)).astype(np.int64)
-    # The quotient is rounded: 0.3/0.1 falls just short of 3. The positions themselves decide.
+    # The quotient is rounded: 0.3/0.1 is just below 3. The comparison of positions corrects it.
     step += ~passes(step_position(step + 1, dx0), x0)
     step -= passes(step_position(step, dx0), x0)
     return step
