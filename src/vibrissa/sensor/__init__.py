@@ -1,6 +1,6 @@
-"""From signals of the clamp to friction, and from friction to signals.
+"""Identification of friction from signals of the clamp, and simulation of these signals.
 
-The names below are loaded when first used.
+The public names are imported when first used.
 """
 
 from importlib import import_module

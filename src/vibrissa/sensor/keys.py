@@ -1,4 +1,4 @@
-"""Models whose fields are keys of a TOML file and options; messages for what is wrong."""
+"""Pydantic models whose fields are keys of a TOML file and options, and messages for errors."""
 
 import json
 import tomllib
@@ -44,7 +44,7 @@ class Keyed(BaseModel):
     def validated(
         cls, given: Mapping[str, Any], path: Path | str | None = None, keys: Container[str] = ()
     ) -> Self:
-        """Validate values; a message about one of `keys` names the file, `path`.
+        """Make a model of values; the message about a key of the file (`keys`) names its `path`.
 
         Raises
         ------
@@ -77,7 +77,7 @@ class Keyed(BaseModel):
 
 
 class Card(Keyed):
-    """Quantities in SI units.
+    """Data of a material or a transducer, in SI units.
 
     Attributes
     ----------
@@ -90,13 +90,13 @@ class Card(Keyed):
 
     @classmethod
     def presets(cls, path: Path) -> dict[str, Self]:
-        """Read a file with a table for each name."""
+        """Read the presets of a TOML file, which has a table for each."""
         cards = tomllib.loads(path.read_text(encoding="utf-8"))
         return {name: cls.validated(card) for name, card in cards.items()}
 
     @classmethod
     def named(cls, name: str, presets: Mapping[str, Self]) -> Self:
-        """Look up a preset by its name, or read a file of one's own: ``"my.toml"``.
+        """Look up a preset by its name, or read the user's file, such as ``"my.toml"``.
 
         Raises
         ------
@@ -121,7 +121,7 @@ def read_keys(path: Path | str) -> dict[str, Any]:
     Raises
     ------
     ArgumentError
-        If it is not written in TOML; the message names the line.
+        If the file is not written in TOML; the message names the line.
     """
     path = Path(path)
     try:
@@ -134,7 +134,7 @@ def read_keys(path: Path | str) -> dict[str, Any]:
 
 
 def write_keys(path: Path, keys: Mapping[str, Any], comment: str) -> None:
-    """Write a TOML file."""
+    """Write keys and tables to a TOML file, below a comment."""
     lines = [f"# {comment}", "", *_assignments(keys)]
     for name, table in keys.items():
         if isinstance(table, Mapping) and table:
@@ -155,9 +155,9 @@ def _assignments(keys: Mapping[str, Any]) -> list[str]:
 def with_options(
     keys: Mapping[str, Any], options: Mapping[str, Any], either: Iterable[Sequence[str]] = ()
 ) -> dict[str, Any]:
-    """Combine the keys of a file with options, which override them; an option None is not given.
+    """Combine the keys of a file with options, which override them; options None are ignored.
 
-    A number becomes text: a quantity without a unit.
+    A number becomes text, as a quantity without a unit.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def with_options(
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Suggest the nearest of the known names; empty if none is near."""
+    """Suggest the known name nearest to a name; empty if none is near."""
     near = get_close_matches(name, known, 1)
     return f"; did you mean {near[0]}?" if near else ""
 

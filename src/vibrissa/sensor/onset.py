@@ -1,4 +1,4 @@
-"""The onset of slip of a whisker, in the units of its rod, and its strain until then."""
+"""The onset of slip of a whisker, in the units of its rod, and the largest strain up to it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,14 +14,14 @@ from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, onset_on
 from vibrissa.sticking.curve import StickingCurve
 
-# States of a period among which the largest strain is sought, both ends included.
+# Number of states of a period, both ends included, among which the largest strain is sought.
 STATES = 17
 
 
 def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bending:
-    """Bending at displacements on each curve (L), such as the largest strain and its place.
+    """Measure the bending, such as the largest strain, at displacements x0 of each curve (L).
 
-    The curves have the same mounting. Rows are in the order of curves, then displacements.
+    All curves have the same mounting. Rows are ordered by curve, then by displacement.
     """
     rows = []
     for curve, at in zip(curves, x0, strict=True):
@@ -47,7 +47,7 @@ class WhiskerOnset(Tabular):
     Attributes
     ----------
     onset : Onset
-        Nondimensional.
+        Nondimensional onset of slip.
     most : Bending or None
         Largest strain of the whole period and its place; None unless the tip slips.
     whisker : Whisker
@@ -117,7 +117,7 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
     mu0 : str or number
         Coefficient of static friction.
     step : str or number, optional
-        Step of the stage, for the last sticking step.
+        Step of the stage; needed for the last sticking step only.
 
     Returns
     -------

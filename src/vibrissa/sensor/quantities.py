@@ -1,6 +1,6 @@
-"""Units: texts with a unit become nondimensional numbers; results are in SI units.
+"""Units: conversion of texts with a unit to nondimensional numbers, and of results to SI units.
 
-Nondimensional are lengths in units of L, forces in E·I0/L², moments in E·I0/L.
+Nondimensional lengths are in units of L, forces in E·I0/L², moments in E·I0/L.
 """
 
 import re
@@ -29,12 +29,12 @@ Choice = TypeVar("Choice", bound=StrEnum)
 
 
 class Kind(StrEnum):
-    """What a quantity measures.
+    """Physical kind of a quantity.
 
     Attributes
     ----------
     si, own : str
-        Its unit in SI, and that of nondimensional columns.
+        SI unit, and unit of nondimensional columns.
     """
 
     si: str
@@ -61,24 +61,24 @@ class Kind(StrEnum):
     NUMBER = "number", "1", "1"
 
     def read(self, text: str, what: str) -> float:
-        """Value of a text in SI units; only `NUMBER` needs no unit.
+        """Convert a text such as ``"50 um"`` to SI units; only a `NUMBER` needs no unit.
 
         Raises
         ------
         ArgumentError
-            If the text is no such quantity.
+            If the text is no quantity of this kind.
         """
         return float(in_si(text, self, what))
 
 
-# What the channels force_x, force_y and moment_z of a transducer measure.
+# Kinds of the channels force_x, force_y and moment_z of a transducer.
 CHANNEL_KINDS = (Kind.FORCE, Kind.FORCE, Kind.MOMENT)
-# What a recording and its tolerances are printed in, in the units that were given.
+# Kinds of quantities that are printed in the units of the input.
 MEASURED = (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
-# Smaller and larger magnitudes are refused: products and squares of the others are numbers.
+# Range of accepted magnitudes, whose products and squares neither overflow nor vanish.
 LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
 
-# Products, quotients and powers of names, such as kg/(m*s^2). Pint gets nothing else to read.
+# Products, quotients and powers of names, such as kg/(m*s^2). Only such texts are passed to Pint.
 _NAME = r"(?:[^\W\d_]|°)\w*(?:(?:\*\*|\^)-?[1-9])?"
 _UNIT = rf"{_NAME}(?:[*/·() ]+{_NAME})*\)?"
 # An exponent, as in 1e3, is no unit.
@@ -88,7 +88,7 @@ NUMBER_AND_UNIT = re.compile(
 )
 _LAST_UNIT = re.compile(rf"[\d.]\s*({_UNIT})$")
 DECIMAL_COMMA = re.compile(r"\d,\d")
-# Between a value and its tolerance.
+# Signs between a value and its tolerance.
 PLUS_MINUS = re.compile(r"±|\+/-|\+-")
 # "(210 ± 5) GPa": the unit is that of both.
 _BRACKETS = re.compile(r"\(([^()]*)\)(.*)")
@@ -102,7 +102,7 @@ def _registry() -> "pint.UnitRegistry[Any]":
     import pint
 
     registry: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Decimal)
-    # Moments are often written without a sign between, with a prefix or none.
+    # Moments are often written without a sign between the units.
     registry.define("Nm = newton * meter")
     registry.define("Nmm = newton * millimeter")
     return registry
@@ -146,7 +146,7 @@ class Measured(NamedTuple):
     def read(cls, given: Quantity) -> Self:
         """Split ``"210 ± 5 GPa"``, ``"210 GPa +/- 2 %"``, ``"(210 ± 5) GPa"`` or ``"85.0(1) mm"``.
 
-        If only the value or the tolerance has a unit, both have it.
+        If only one of value and tolerance has a unit, it is the unit of both.
 
         Examples
         --------
@@ -171,7 +171,7 @@ class Measured(NamedTuple):
         return cls(value, tolerance)
 
     def check(self, kind: Kind, what: str) -> None:
-        """Refuse a value or a tolerance that is no quantity of a kind.
+        """Refuse a value or a tolerance that is no quantity of this kind.
 
         Raises
         ------
@@ -192,12 +192,12 @@ def is_number(value: Quantity) -> bool:
 
 
 def in_si(text: str, kind: Kind, what: str) -> Decimal:
-    """Value in SI units of a quantity such as ``"50 um"``, exact as a decimal.
+    """Convert a text such as ``"50 um"`` to SI units, exactly, as a decimal.
 
     Raises
     ------
     ArgumentError
-        If it is not such a quantity.
+        If the text is no quantity of this kind.
 
     Examples
     --------
@@ -223,12 +223,12 @@ def _checked(value: Decimal, what: str) -> Decimal:
 
 
 def chosen(kind: type[Choice], value: str, what: str) -> Choice:
-    """Look up a choice of a `kind` by its value.
+    """Look up a member of the enumeration `kind` by its value.
 
     Raises
     ------
     ArgumentError
-        If there is none.
+        If there is no such member.
     """
     if value not in tuple(kind):
         raise ArgumentError(f"{what} must be one of {', '.join(kind)}, got {value!r}")
@@ -287,7 +287,7 @@ class Units:
     Attributes
     ----------
     rod : Rod or None
-        Without one numbers are nondimensional.
+        The rod; without a rod numbers are nondimensional.
     si : bool
         Whether, without a rod, numbers are in SI units instead.
     wished : dict of Kind to str
@@ -300,7 +300,7 @@ class Units:
     si: bool = False
 
     def told(self, value: float, kind: Kind) -> tuple[float, str]:
-        """Convert a value of a column to the user's unit; also its name."""
+        """Convert a value of a column to the user's unit; return value and name of the unit."""
         if self.nondimensional or kind not in self.wished:
             return value, self.name(kind)
         unit = self.wished[kind]
@@ -312,7 +312,7 @@ class Units:
         return f"{told:.{digits}g} {name}".removesuffix(" 1")
 
     def unit(self, kind: Kind) -> float:
-        """Return what a dimensionless 1 is in SI units."""
+        """Return the value in SI units of a dimensionless 1 of this kind."""
         if self.rod is None:
             return 1.0
         return {
@@ -326,47 +326,47 @@ class Units:
 
     @property
     def channels(self) -> FloatArray:
-        """Units of force_x, force_y and moment_z in SI units, shape (3,)."""
+        """Values in SI units of a dimensionless force_x, force_y and moment_z of 1, shape (3,)."""
         return np.array([self.unit(kind) for kind in CHANNEL_KINDS])
 
     def name(self, kind: Kind) -> str:
-        """Name of the unit in which columns are written."""
+        """Name of the unit of columns of this kind."""
         return kind.own if self.nondimensional else kind.si
 
     @property
     def nondimensional(self) -> bool:
-        """Whether no size in SI units is known."""
+        """Whether numbers are nondimensional: there is no rod, and `si` is false."""
         return self.rod is None and not self.si
 
     def read(self, value: Quantity, kind: Kind, what: str) -> Decimal:
-        """Nondimensional value of a quantity: a bare number is nondimensional already.
+        """Convert a quantity to a nondimensional value; a bare number is nondimensional already.
 
         Raises
         ------
         ArgumentError
-            If it is no such quantity, or has a unit and there is no rod to relate it to.
+            If the quantity is not of this kind, or has a unit although no rod is given.
         """
         if is_number(value):
-            if kind is Kind.ANGLE and exact(value):  # of degrees and radians neither is the rule
+            if kind is Kind.ANGLE and exact(value):  # neither degrees nor radians are assumed
                 raise ArgumentError(f"{what} needs a unit: '{value} deg' or '{value} rad'")
             return _checked(exact(value), what)
         number = in_si(str(value), kind, what)
         return _checked(number / self._exact_unit(kind, f"{what} = {value!r}"), what)
 
     def read_positive(self, value: Quantity, kind: Kind, what: str) -> Decimal:
-        """Read as `read` does; refuse values not above 0."""
+        """Convert a quantity as `read` does; refuse values that are not positive."""
         number = self.read(value, kind, what)
         if not number > 0:
             raise ArgumentError(f"{what} must be positive, got {value!r}")
         return number
 
     def read_channels(self, text: str, what: str) -> FloatArray:
-        """Nondimensional values of ``"3 mN, 3 mN, 10 uN*m"``: force_x, force_y and moment_z.
+        """Convert ``"3 mN, 3 mN, 10 uN*m"`` to nondimensional force_x, force_y and moment_z.
 
         Raises
         ------
         ArgumentError
-            If there are not three values, or one of them is no such quantity.
+            If there are not three values, or one of them is no force or moment.
         """
         values = channels_of(text, what)
         return np.array([float(self.read(part, kind, what)) for part, kind in values])
@@ -385,5 +385,5 @@ class Units:
         return exact(self.unit(kind))
 
 
-# Whatever has a unit is in SI units.
+# Conversion of quantities with a unit to SI units.
 SI_UNITS = Units(si=True)

@@ -1,6 +1,6 @@
-"""Tables of the sensor: CSV or Parquet by the file's ending, each column with its unit.
+"""Tables of the sensor in CSV or Parquet files, with a unit for each column.
 
-Titles are as in ``footpoint [mm],force_x [N]``. Lines above them, such as
+The titles of a CSV file are as in ``footpoint [mm],force_x [N]``. Lines above the titles, such as
 ``# zero_force_x = 310 ± 0.3 mN``, hold for the whole table.
 """
 
@@ -30,9 +30,9 @@ ENDINGS = (".csv", PARQUET)
 MISSING = ("", "-", "nan", "na", "n/a", "#n/a", "#nv", "null", "none")
 # A number, with its decimal sign in place of the braces.
 NUMBER = r"[-+]?([0-9]+{0}?[0-9]*|{0}[0-9]+)([eE][-+]?[0-9]+)?"
-# A larger number is no measurement, and its powers overflow.
+# Largest number that is accepted: powers of larger numbers overflow.
 LARGEST = 1e50
-# So many errors of one kind are listed.
+# Number of errors of one kind that are listed.
 LISTED = 10
 TITLE = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*", re.DOTALL)
 HEADER = re.compile(r"#\s*(\w+)\s*=\s*(.+)")
@@ -42,12 +42,12 @@ STANDARD = Path("-")
 
 @dataclass(frozen=True)
 class Column:
-    """A column to be written.
+    """A column of a table.
 
     Attributes
     ----------
     unit : str
-        Its unit; ``1`` for a number, empty for text.
+        Unit of the values; ``1`` if they have no dimension, empty for text.
     """
 
     values: Sequence[Any] | FloatArray | IntArray | StrArray
@@ -56,7 +56,7 @@ class Column:
 
 
 def check_ending(path: Path, endings: Sequence[str] = ENDINGS) -> None:
-    """Refuse a file of another kind, or one whose library is missing."""
+    """Refuse a file with another ending, and Parquet if its library is not installed."""
     if path == STANDARD and endings == ENDINGS:
         return
     if path.suffix.lower() not in endings:
@@ -66,7 +66,7 @@ def check_ending(path: Path, endings: Sequence[str] = ENDINGS) -> None:
 
 
 class Tabular(ABC):
-    """A result that is a table: columns with units. It prints as text, as the commands show it."""
+    """A result that is a table with units; its text is the text that the commands print."""
 
     @abstractmethod
     def columns(self) -> dict[str, Column]:
@@ -82,7 +82,7 @@ class Tabular(ABC):
         Returns
         -------
         DataFrame
-            Its ``attrs`` are ``units`` and ``descriptions``, by column, and the ``header``.
+            Its ``attrs`` have the ``units`` and ``descriptions`` by column, and the ``header``.
         """
         import pandas as pd  # takes half a second to load
 
@@ -97,12 +97,12 @@ class Tabular(ABC):
 
 
 def write(path: Path, table: Tabular) -> None:
-    """Write a table as a whole.
+    """Write a table to a file; an error leaves no incomplete file.
 
     Parameters
     ----------
     path : Path
-        With the ending ``.csv`` or ``.parquet``; ``-`` for standard output.
+        File with the ending ``.csv`` or ``.parquet``; ``-`` for standard output.
     table : Tabular
         A CSV file has its header in lines ``# name = text`` above the titles. A Parquet file has
         header, units and descriptions as the ``attrs`` of its DataFrame.
@@ -110,7 +110,7 @@ def write(path: Path, table: Tabular) -> None:
     Raises
     ------
     ArgumentError
-        If the ending is another one.
+        If the file has another ending.
     """
     check_ending(path)
     frame = table.to_pandas()
@@ -134,13 +134,12 @@ def _write_csv(file: TextIO, frame: "DataFrame") -> None:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Table:
-    """Columns of numbers that were read.
+    """Columns of numbers that were read from a file or a DataFrame.
 
     Attributes
     ----------
     line : ndarray of int
-        Line of the file in which each row stands; number of the row, from 1, in a Parquet file or
-        a DataFrame.
+        Line number of each row in the file; for Parquet or a DataFrame, number of the row from 1.
     header : dict
         Quantities that hold for the whole table, by name: texts such as ``310 ± 0.3 mN``.
     """
@@ -152,26 +151,26 @@ class Table:
     header: dict[str, str]
 
     def place(self, row: int) -> str:
-        """Name a row in a message."""
+        """Name the source and the line of a row, for messages."""
         return f"{self.source}, line {self.line[row]}"
 
 
 def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[str] = ()) -> Table:
-    """Read columns of numbers: `names`, and `optional` ones if there.
+    """Read the columns `names`, and the `optional` columns that the table has, as numbers.
 
     Parameters
     ----------
     source : Path or DataFrame
-        A file with the ending ``.csv`` or ``.parquet``, ``-`` for standard input, or a table whose
-        columns are called as in the header of a CSV file.
+        A file with the ending ``.csv`` or ``.parquet``, ``-`` for standard input, or a DataFrame
+        with the titles of such a file.
 
     Raises
     ------
     RecordingError
-        If it cannot be read as such a table, with a line for each wrong cell; OtherTableError if
-        columns, separators or the encoding differ.
+        If the source is no such table; the message has a line for each wrong cell.
+        OtherTableError if a column is missing, or separators or encoding differ.
     ArgumentError
-        If the ending is another one.
+        If the file has another ending.
     """
     where, frame = _cells(source)
     there, units = _columns(frame, where)
@@ -194,7 +193,7 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
 
 
 def _cells(source: "Path | DataFrame") -> tuple[str, "DataFrame"]:
-    """Read cells that may be anything; the index is the line of each row."""
+    """Return the name of a source and its cells, unchecked; the index has the line of each row."""
     if not isinstance(source, Path):
         if not hasattr(source, "attrs"):
             raise RecordingError(
@@ -229,7 +228,7 @@ def _read_csv(data: bytes, source: str) -> "DataFrame":
 
 
 def _columns(frame: "DataFrame", source: str) -> tuple[dict[str, "Series[Any]"], dict[str, str]]:
-    """Take titles such as ``footpoint [mm]`` apart: columns by name, and their units."""
+    """Split titles such as ``footpoint [mm]``; return the columns and the units by name."""
     units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if unit}
     columns: dict[str, Series[Any]] = {}
     for title, column in frame.items():
@@ -281,7 +280,7 @@ def content_of(path: Path) -> bytes:
 
 
 def listed(messages: Iterable[str]) -> str:
-    """Join messages line by line; count those beyond the first few."""
+    """Join messages, one in a line; messages after the first `LISTED` are only counted."""
     every = list(messages)
     more = [f"and {len(every) - LISTED} more"] if len(every) > LISTED else []
     return "\n".join([*every[:LISTED], *more])
@@ -302,7 +301,7 @@ def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame
     Raises
     ------
     OtherTableError
-        With a message for each line that has another number.
+        If lines have different numbers of cells; the message names them.
     RecordingError
         If a quote is not closed.
     """

@@ -25,10 +25,10 @@ MOUNTING = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
 
 
 class Setup(Keyed):
-    """Rod, mounting and transducer, as they were stated; see `Setup.read`.
+    """Rod, mounting and transducer, with units and tolerances as stated; made by `Setup.read`.
 
     Numbers without a unit are nondimensional: lengths in units of the rod's length. An angle other
-    than 0 has a unit.
+    than 0 needs a unit.
 
     Examples
     --------
@@ -55,14 +55,14 @@ class Setup(Keyed):
     section: RodSection = RodSection.ROUND
     """round: the rod may buckle out of its plane; planar: a strip stays in it."""
     clamp_angle: Annotated[Measured, Kind.ANGLE] = Measured(0)
-    """Inclination of the clamp, positive: it leans back: '2 deg'."""
+    """Inclination of the clamp, positive if it leans back: '2 deg'."""
     clamp_compliance: Annotated[Measured, Kind.COMPLIANCE] = Measured(0)
     """Rotational compliance of the clamp: '0.05 rad/(N*m)'; a number without a unit is in
     L/(E*I0)."""
     curvature: Annotated[Measured, Kind.CURVATURE] = Measured(0)
     """Natural curvature, negative away from the surface: '-2 m^-1'."""
     stage_angle: Annotated[Measured, Kind.ANGLE] = Measured(0)
-    """Angle of the stage to the surface: '1 deg'."""
+    """Angle of the stage to the surface, positive if the clamp approaches it: '1 deg'."""
     transducer: str | None = None
     """Transducer, such as nano17-si-12-0.12, or a file (.toml)."""
     noise: str | None = None
@@ -121,7 +121,7 @@ class Setup(Keyed):
 
     @cached_property
     def rod(self) -> Rod | None:
-        """The rod in SI units; None if nothing is stated of it.
+        """The rod in SI units; None if no property of it is stated.
 
         Raises
         ------

@@ -12,7 +12,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor import series
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 
-# Cosines in a random surface: enough for its values to be close to normally distributed.
+# Number of cosines in a random surface, enough for a nearly normal distribution of its friction.
 COSINES = 256
 
 
@@ -84,12 +84,12 @@ def constant(mu0: float) -> Surface:
 
 
 def patches(starts: ArrayLike, mu0: ArrayLike) -> Surface:
-    """Surface of patches with one friction each.
+    """Surface of patches, with a constant friction on each.
 
     Parameters
     ----------
     starts : array_like
-        Where each patch begins (L), increasing; the first also reaches to −infinity.
+        Start of each patch (L), increasing; the first patch also reaches to −infinity.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def patches(starts: ArrayLike, mu0: ArrayLike) -> Surface:
 
 
 def profile(x: ArrayLike, mu0: ArrayLike) -> Surface:
-    """Surface measured at points: linear between them, unknown outside.
+    """Surface with friction measured at points: linear between them, unknown outside.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def profile(x: ArrayLike, mu0: ArrayLike) -> Surface:
 def _increasing(
     name: str, x: ArrayLike, mu0: ArrayLike, least: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Positions and friction as arrays; they are refused where positions do not increase."""
+    """Convert positions and friction to arrays; refuse positions that do not increase."""
     at, values = np.asarray(x, dtype=float), np.asarray(mu0, dtype=float)
     if len(at) < least or len(at) != len(values):
         raise ArgumentError(f"{name} must have at least {least} pairs of a position and a mu0")
@@ -143,7 +143,7 @@ def _increasing(
 def random(
     seed: int, mean: float, deviation: float, correlation: float, least: float = 0.02
 ) -> Surface:
-    """Random friction, from `least` on: a normal process with Gaussian correlation; repeatable.
+    """Surface with random friction: a normal process with Gaussian correlation, cut at `least`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Tolerances: which quantities have one, how it is read, and the default where none is stated.
+"""Tolerances: the quantities that have one, how it is read, and the default if none is stated.
 
 A tolerance is a standard deviation, in units of the rod, in rad, or relative to the value.
 """
@@ -19,7 +19,7 @@ from vibrissa.sensor.quantities import Kind, Quantity, Units, is_number
 if TYPE_CHECKING:
     from vibrissa.sensor.whisker import Whisker
 
-# In place of a size: no tolerance. In place of all: only stated tolerances count.
+# For one quantity: it has no tolerance. For all: only stated tolerances count.
 EXACT = "exact"
 
 
@@ -33,9 +33,9 @@ class Tolerable:
         Default tolerance, in units of the rod, rad, or relative; with a `channel`, in standard
         deviations of one reading.
     reason : str
-        Where the default is from: a standard, a data sheet, or what we expect and why.
+        Source of the default: a standard, a data sheet, or an estimate with its reason.
     si : float
-        The default in SI units, where the rod is known; 0 where `size` holds for every rod.
+        Default in SI units, for a rod in SI units; 0 if `size` holds for every rod.
     relative : bool
         Whether the tolerance is relative to the value.
     channel : int
@@ -52,13 +52,13 @@ class Tolerable:
 
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> Self:
-        """Read an entry of the file, whose angles are in degrees."""
+        """Read an entry of tolerances.toml, where angles are in degrees."""
         kind, size = Kind[entry["kind"].upper()], float(entry["size"])
         radians = float(np.deg2rad(size))
         return cls(**{**entry, "kind": kind, "size": radians if kind is Kind.ANGLE else size})
 
     def default(self, unit: float, noise: FloatArray) -> float:
-        """Default tolerance; `unit` of the rod in SI units, `noise` of the channels."""
+        """Default tolerance, given the SI value of the rod's unit and the noise of channels."""
         if self.channel >= 0:
             return self.size * float(noise[self.channel])
         return self.si / unit if self.si and unit != 1.0 else self.size
@@ -72,7 +72,7 @@ TOLERABLE = {
 
 
 def check_name(name: str) -> None:
-    """Refuse the name of a quantity without tolerance, and suggest the nearest.
+    """Refuse a name that is not in `TOLERABLE`; the message suggests the nearest one.
 
     Raises
     ------
@@ -135,13 +135,13 @@ def _value(whisker: "Whisker | None", name: str) -> float:
 
 
 def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
-    """Return default tolerances."""
+    """Return the default tolerances by name, in units of the rod, rad, or relative."""
     found = {name: one.default(units.unit(one.kind), noise) for name, one in TOLERABLE.items()}
     return {name: size for name, size in found.items() if np.isfinite(size)}
 
 
 def told(name: str, size: float, units: Units) -> tuple[float, str]:
-    """Convert the tolerance of a quantity to the unit in which it is displayed."""
+    """Convert a tolerance to the unit in which it is displayed; return value and unit."""
     one = TOLERABLE[name]
     if one.relative:
         return 100.0 * size, "%"

@@ -1,6 +1,7 @@
-"""From clamp reactions to the readings of a force-torque transducer, in SI units.
+"""Force-torque transducers: from clamp reactions to readings, in SI units.
 
-force_x is its Fx, force_y its Fz (along the unbent rod), moment_z its moment normal to the plane.
+force_x is the transducer's Fx, force_y its Fz (along the unbent rod), moment_z its moment about the
+normal of the plane of bending.
 """
 
 from collections.abc import Mapping
@@ -27,14 +28,14 @@ def _in_si(text: Any, info: ValidationInfo) -> Any:
 
 
 class Transducer(Card):
-    """A force-torque transducer; triples are force_x (N), force_y (N), moment_z (N·m).
+    """A force-torque transducer, with values for force_x (N), force_y (N) and moment_z (N·m).
 
     Attributes
     ----------
     limit : tuple of float
-        Largest magnitude that it measures.
+        Largest magnitude of a reading.
     resolution : tuple of float
-        Step of its reading; 0 for none.
+        Step of a reading; 0 if readings are not rounded.
     noise : tuple of float
         Standard deviation of the normal noise of one reading; by default one step.
     """
@@ -54,15 +55,15 @@ class Transducer(Card):
         Parameters
         ----------
         reactions : ndarray, shape (n, 3)
-            In SI units.
+            Clamp reactions in SI units.
 
         Returns
         -------
         ndarray, shape (n, 3)
-            Clipped to the limits and rounded to the resolution.
+            Readings with noise, clipped to the limits and rounded to the resolution.
         """
         limit, step = np.array(self.limit), np.array(self.resolution)
-        # Half of the draws is left out: a seed gives the readings that it always gave.
+        # Half of the draws is not used, so that a seed gives the readings of earlier versions.
         reading = reactions + generator.standard_normal((2, *reactions.shape))[1] * self.noise
         reading = np.clip(reading, -limit, limit)
         counts = np.round(reading / np.where(step > 0.0, step, 1.0))
@@ -80,7 +81,7 @@ class Transducer(Card):
 
 
 def transducer_of(given: Transducer | str, units: Units) -> Transducer:
-    """Look up a transducer. It reads forces in N, so that the rod has to be known."""
+    """Return a transducer; refuse nondimensional units, as its readings are in SI units."""
     if units.nondimensional:
         raise ArgumentError("with a transducer, give modulus, diameter and length of the rod")
     return preset(given) if isinstance(given, str) else given

@@ -92,14 +92,14 @@ class Whisker:
 
     @cached_property
     def curve(self) -> StickingCurve:
-        """Sticking curve."""
+        """Sticking curve: the equilibrium path of the rod from α = 0."""
         return solve_curve(
             self.theta, self.eta, contact=self.contact, mounting=self.mounting, section=self.section
         )
 
     @cached_property
     def response(self) -> "Response":
-        """Response, with retraction (x0 < 0) where it is resolved.
+        """Clamp reactions over x0, including retraction (x0 < 0) if that was solved.
 
         Raises
         ------
@@ -115,7 +115,7 @@ class Whisker:
         return np.asarray(self.eta - np.asarray(clamp) * np.sin(self.mounting.stage_angle))
 
     def level(self, eta: float) -> "Whisker":
-        """Take the same rod at another height, on a stage along the surface."""
+        """Return the same rod at another height, on a level stage."""
         return replace(self, eta=eta, mounting=replace(self.mounting, stage_angle=0.0))
 
     def stage(self, positions: FloatArray) -> "Stage":
