@@ -77,7 +77,7 @@ def figure_kinds() -> str:
         )
         for name, kind in FIGURE_KINDS.items()
     ]
-    head = ("kind", "what it shows", "drawn from", "axes with one value, required keys")
+    head = ("kind", "what it shows", "drawn from", "axes with one value; required keys")
     return markdown_table(head, rows)
 
 
@@ -96,7 +96,7 @@ def claims() -> str:
             for axis, values in Claims.needed[key].items()
         ]
         rows.append((f"`{key}`", value["description"], "; ".join(needs)))
-    return markdown_table(("key", "what it is", "values that the data need"), rows)
+    return markdown_table(("key", "what it is", "values that the data must have"), rows)
 
 
 def column(field: pa.Field, names: str = "") -> tuple[str, ...]:
@@ -161,7 +161,7 @@ def tolerances() -> str:
         if one.what not in meanings:
             meanings.append(one.what)
     return markdown_table(
-        ("name", "of", "assumed", "source or reason"),
+        ("name", "quantity", "default", "source or reason"),
         [
             (", ".join(names), "; ".join(meanings), size, reason)
             for (size, reason), (names, meanings) in rows.items()

@@ -56,7 +56,7 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     "locking": FigureKind("critical friction mu_lock over theta, a series for each eta", "grid"),
     "regimes": FigureKind("slip, line contact and lock over theta and mu0, for each eta", "grid"),
     "law": FigureKind(
-        "onset x0_slip and its law near mu_lock, a series for each theta", "grid", ("eta", "dx0")
+        "onset x0_slip and its power law near mu_lock, for each theta", "grid", ("eta", "dx0")
     ),
     "past_lock": FigureKind(
         "end of sticking over mu0, past mu_lock, a series for each theta", "grid", ("eta", "dx0")
@@ -65,10 +65,10 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
         "onset x0_slip, mu_lock and loads on the clamp over the mounting", "grid", _RUN, "over"
     ),
     "change": FigureKind(
-        "change of mu_lock and x0_slip by a mounting in per cent", "grid", ("mu0", "dx0"), "over"
+        "change of mu_lock and x0_slip in per cent by the mounting", "grid", ("mu0", "dx0"), "over"
     ),
     "versus": FigureKind(
-        "difference of mu_lock from that of the least taper", "grid", ("mu0", "dx0"), "over"
+        "difference of mu_lock from its value at the least taper", "grid", ("mu0", "dx0"), "over"
     ),
     "scan": FigureKind("shapes of scans, step by step, a panel for each theta", "scan", _RUN),
     "period": FigureKind("shapes in the first period, a panel for each theta", "scan", _RUN),
