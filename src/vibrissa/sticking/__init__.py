@@ -1,4 +1,5 @@
-"""Periods of sticking: equilibrium paths, followed, resolved and read off for friction.
+"""Periods of sticking: equilibrium paths, and where sticking ends on them for given friction.
 
-`solving` solves the paths, `assembly` makes curves of them, `reading` reads states and onsets off.
+`solving` computes the paths, `assembly` makes sticking curves of them, and `reading` evaluates
+states and onsets of slip on the curves.
 """

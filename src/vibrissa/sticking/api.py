@@ -1,4 +1,4 @@
-"""One state, one equilibrium path, one onset: the functions for a notebook."""
+"""Functions for notebooks: solve one state, one equilibrium path or one onset of slip."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -25,9 +25,9 @@ from vibrissa.sticking.solving import collocation
 from vibrissa.sticking.solving.offsets import solve_offset
 from vibrissa.sticking.stiction import Stiction, read_curve
 
-# Beyond, few rods are solved: the tip of one of 1 mm at the clamp would have less than 20 µm.
+# Largest taper, as few rods beyond can be solved: 1 mm at the clamp would be 20 µm at the tip.
 MOST_TAPER = 50.0
-# Curves that are kept, some kilobytes each: whoever varies mu0 asks for the same one again.
+# Number of cached curves, some kilobytes each: calls that vary mu0 alone need the same curve.
 KEPT_CURVES = 256
 
 
@@ -42,8 +42,8 @@ class EquilibriumState(ContactState):
     message : str
         Empty, or what went wrong and what to try.
     contact : str
-        ``point`` or ``line``: whether the tip alone touches or the rod lies along the surface;
-        empty without a solution.
+        ``point`` if the tip alone touches, ``line`` if the rod lies along the surface; empty
+        without a solution.
     theta, x1, eta : float
         Taper factor and position of the tip relative to the clamp (L).
     residual : float
@@ -61,7 +61,7 @@ class EquilibriumState(ContactState):
 
     @property
     def penetrates(self) -> bool:
-        """Whether the tip alone touches and the shape passes through the surface (φ1 < 0)."""
+        """Whether the shape passes through the surface: φ1 < 0 in point contact."""
         return self.contact == Contact.POINT and bool(self.phi1 < 0.0)
 
     def shape(self, s: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -105,17 +105,18 @@ class Onset:
     n_steps : int or None
         Steps to the last sticking state; None without a step size or an onset.
     x0_max : float
-        x0 of that state, the paper's x0,max (L); NaN without a step size or an onset.
+        x0 of the last sticking state, the paper's x0,max (L); NaN without a step size or an onset.
     mu_lock : float
-        Friction above which the tip is self-locking.
+        Friction coefficient above which the tip is self-locking.
     slip : StickingState
         State at the exact onset of slip.
     end : str
-        How sticking ends after self-locking (`vibrissa.outcomes.End`); else empty.
+        How sticking ends after self-locking (`vibrissa.outcomes.End`); empty unless the tip locks.
     ended : StickingState
-        The state in which sticking then ends.
+        State in which sticking ends after self-locking; NaN unless the tip locks.
     trail : StickingState
-        Last sticking state after lateral buckling, x0 counted from the first α = 0 state; else NaN.
+        Last sticking state of a rod that trails behind the clamp after lateral buckling; x0 counts
+        from the α = 0 state before the buckling. NaN for other rods.
     residual : float
         Largest equilibrium residual of the curve.
     """
@@ -140,14 +141,14 @@ class Onset:
             ("x0_max", self.x0_max, "L", f"last sticking step, number {self.n_steps}"),
             ("mu_lock", self.mu_lock, "1", "largest friction at which the tip slips"),
             ("f", slip.f, "E·I0/L²", "contact force at the onset"),
-            ("alpha", slip.alpha, "rad", "its inclination"),
+            ("alpha", slip.alpha, "rad", "inclination of the contact force"),
             ("phi1", slip.phi1, "rad", "slope at the contact point"),
             ("reaction_fx", slip.reaction_fx, "E·I0/L²", "load on the clamp"),
             ("reaction_fy", slip.reaction_fy, "E·I0/L²", "load on the clamp"),
             ("reaction_m", slip.reaction_m, "E·I0/L", "load on the clamp"),
             ("x0_end", self.ended.x0, "L", f"end past the lock: {self.end}"),
             ("x0_trail", self.trail.x0, "L", "last sticking state of the trailing rod"),
-            ("residual", self.residual, "", "of the equilibrium equations"),
+            ("residual", self.residual, "", "largest residual of the equilibrium equations"),
         ]
         lines = [f"{'status':<12} {self.status.value}: {self.message}"]
         for name, value, unit, meaning in rows:
@@ -215,7 +216,7 @@ def solve_state(
         ``point``: the tip alone touches, as in the paper; ``line``: the rod lies along the
         surface where it would pass through it.
     mounting : Mounting
-        The stage does not matter.
+        Clamp and natural curvature; the angle of the stage has no effect.
 
     Returns
     -------
@@ -258,7 +259,7 @@ def solve_state(
 
 
 def _loads(solution: RodStates | None) -> dict[str, float]:
-    """Return loads and contact of one state; NaN without a solution."""
+    """Compute loads and contact of one state; NaN without a solution."""
     if solution is None:
         return dict.fromkeys(ContactState.names(), np.nan)
     end = ends(solution)
@@ -318,14 +319,15 @@ def solve_curve(
     contact : str
         ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
     mounting : Mounting
-        Ideal, or another by collocation alone.
+        Mounting of the rod; ``shooting`` solves the ideal one alone.
     section : str
         ``round``: the rod buckles laterally; ``planar``: a strip or a guided rod, which does not.
 
     Returns
     -------
     StickingCurve
-        ``out_of_reach`` also where no state with α = 0 exists. Its arrays are read-only.
+        Curve with read-only arrays. Its status is ``out_of_reach`` also if no state with α = 0
+        exists.
 
     Raises
     ------
@@ -347,7 +349,7 @@ def solve_curve(
         _check_numbers(dx0=dx0)
     if dx0 is None or not dx0 > 0.0:
         raise ArgumentError(f"shooting needs a positive step dx0, got {dx0!r}")
-    # SciPy's integrators and searches take half a second to load: only who asks for them waits.
+    # Imported here, as SciPy's integrators and optimisers take half a second to load.
     from vibrissa.sticking.solving import shooting
 
     return shooting.solve_curve(theta, eta, dx0, section=RodSection(section))
@@ -420,12 +422,12 @@ def solve_onset(
 
 
 class FrictionRange(NamedTuple):
-    """Range of friction coefficients that is consistent with a travel.
+    """Range of friction coefficients for which the tip slips in a given step.
 
     Attributes
     ----------
     low, high : float
-        For low ≤ μ0 < high the tip slips within the next step.
+        The tip slips in this step if low ≤ μ0 < high.
     """
 
     low: float
@@ -441,9 +443,9 @@ def friction_from_travel(
     mounting: Mounting = IDEAL,
     section: str = RodSection.ROUND,
 ) -> FrictionRange:
-    """Estimate the friction coefficient from a travel: the inverse of x0,max.
+    """Estimate the friction coefficient from the displacement x0,max of one period of sticking.
 
-    The tip still sticks at x0,max and slips one step later, so that −tan α = μ0 between the two.
+    The tip still sticks at x0,max and slips one step later, so that −tan α reaches μ0 in this step.
 
     Parameters
     ----------
@@ -464,7 +466,7 @@ def friction_from_travel(
     Raises
     ------
     ArgumentError
-        If an argument is out of range, or x0_max not shorter than the longest period of sticking.
+        If an argument is out of range, or x0_max not below the longest period of sticking.
 
     Examples
     --------
@@ -501,7 +503,7 @@ def onset_on(
     dx0: float | Decimal | None = None,
     told: Callable[[float], str] = lambda length: f"{length:.6g}",
 ) -> Onset:
-    """Read the end of a period of sticking off a curve; `told` writes a length (L) in the message.
+    """Find the end of a period of sticking on a curve; `told` formats lengths (L) in the message.
 
     Raises
     ------
@@ -538,7 +540,7 @@ def onset_on(
 
 
 def _past_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float], str]) -> str:
-    """Describe the motion beyond the lock."""
+    """Describe how sticking ends after self-locking."""
     x0, trail = told(float(stiction.ended.x0[0])), float(stiction.trail.x0[0])
     then = f" and trails behind the clamp until it slips at x0 = {told(trail)}"
     if curve.mounting != IDEAL:

@@ -1,4 +1,4 @@
-"""Assembly of curves from solved parts: critical states, first touches, ends."""
+"""Assembly of sticking curves from solved pieces: their ends, locks and first touches."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,14 +25,14 @@ NOT_IN_PLANE = (
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ShapeLimits(Batch):
-    """Values of the parameters at which shapes end their pieces; NaN if nowhere.
+    """Parameter values of pieces at which a curve may end because of the rod's shape.
 
     Attributes
     ----------
     out_of_reach, swings_aside : ndarray, shape (pieces,)
-        Where the shape becomes inadmissible, and where the rod buckles laterally.
+        Where the shape becomes inadmissible, and where the rod buckles laterally; NaN if nowhere.
     reason : ndarray of str, shape (pieces,)
-        How the shape is inadmissible.
+        Why the shape is inadmissible.
     """
 
     out_of_reach: FloatArray
@@ -41,7 +41,7 @@ class ShapeLimits(Batch):
 
 
 class _Extremes(NamedTuple):
-    """Largest −tan α on each piece (`demand`), its x0 (`top`), x0 of the first touch or NaN (L)."""
+    """Largest −tan α of each piece (`demand`), its x0 (`top`), and x0 of the first touch or NaN."""
 
     top: FloatArray
     demand: FloatArray
@@ -51,21 +51,21 @@ class _Extremes(NamedTuple):
 def assembled_curves(
     followed: Sequence[StickingCurve], limits: Sequence[ShapeLimits]
 ) -> list[StickingCurve]:
-    """Cut curves off where they end, and locate their locks and first tangential touches.
+    """Cut curves off at their ends, and locate their locks and first tangential touches.
 
     Parameters
     ----------
     followed : sequence of StickingCurve
-        At least one; the pieces of each reach from x0 = 0 to beyond its end. The curve's `end`
-        holds if no other is found.
+        At least one curve. The pieces reach from x0 = 0 to beyond the end of the curve. Its `end`
+        is kept if no earlier end is found.
     limits : sequence of ShapeLimits
         Limits of each curve's pieces.
 
     Returns
     -------
     list of StickingCurve
-        ``failed`` if −tan α has no maximum on the pieces; ``out_of_reach`` if the shape becomes
-        inadmissible before: the curve ends there.
+        Their status is ``failed`` if −tan α has no maximum, and ``out_of_reach`` if the shape
+        becomes inadmissible before the maximum; the curve then ends at this shape.
     """
     kept = _until_end(followed, ShapeLimits.concatenate(limits))
     extremes = _extremes(Pieces.concatenate([curve.pieces for curve in kept]))
@@ -82,7 +82,7 @@ def _rows(curves: Sequence[StickingCurve]) -> list[slice]:
 
 
 def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
-    """Add the lock and the first touch to a curve that is cut off."""
+    """Add the lock and the first touch to a curve that was cut off at its end."""
     message = "" if curve.end is End.NOT_FOLLOWED else curve.end_message
     x0_lock, mu_lock = _lock(curve, extremes)
     within = 0.0 < x0_lock < curve.x0_end - SAME
@@ -105,7 +105,7 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
 
 
 def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[StickingCurve]:
-    """Cut curves off at their first end."""
+    """Cut each curve off where the first of its possible ends occurs."""
     pieces = Pieces.concatenate([curve.pieces for curve in followed])
     rows, fy = np.arange(len(pieces)), pieces.samples.reaction_fy
     found = {
@@ -139,7 +139,7 @@ def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray
     passes = [c.section is RodSection.ROUND and c.mounting.is_ideal for c in curves]
     each = np.where(passes, [curve.x1_init for curve in curves], np.nan)
     x1_init = np.repeat(each, [len(curve.pieces) for curve in curves])
-    # In tip contact that is x1_init itself. A piece may end there, up to rounding.
+    # In point contact this is x0 = x1_init. A piece may end there, up to rounding.
     inside = (pieces.start <= x1_init) & (x1_init <= pieces.stop + SAME)
     at = np.where(inside, np.minimum(x1_init, pieces.stop), np.nan)
     rows = np.flatnonzero(np.isfinite(x1_init) & (pieces.line | ~pieces.by_x0))
@@ -160,7 +160,7 @@ def _extremes(pieces: Pieces) -> _Extremes:
 
 
 def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
-    """Displacement (L) of the largest −tan α on a curve, and that value; infinite at lift-off."""
+    """Displacement (L) of the largest −tan α on a curve, and its value, infinite at lift-off."""
     pieces = curve.pieces
     if not pieces:
         return np.nan, -np.inf
@@ -168,7 +168,7 @@ def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
         return curve.x0_end, np.inf
     row = int(np.argmax(extremes.demand))
     x0_lock = float(extremes.top[row])
-    # A maximum in a kink belongs to both pieces: put it where the second one begins.
+    # A maximum in a kink belongs to two pieces: take the displacement at which the second begins.
     begins = pieces.first_x0[1:]
     kinks = begins[np.abs(begins - x0_lock) <= SAME]
     return float(kinks[-1]) if len(kinks) else x0_lock, float(extremes.demand[row])

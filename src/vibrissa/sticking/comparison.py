@@ -1,4 +1,4 @@
-"""Comparison of tip contact and line contact at the same points."""
+"""Comparison of point contact and line contact for the same θ, μ0 and η."""
 
 from collections.abc import Sequence
 from decimal import Decimal
@@ -12,14 +12,14 @@ from vibrissa.sticking.stiction import read_curves
 
 
 def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) -> dict[str, Any]:
-    """Solve all combinations of three axes in both contact models.
+    """Solve all combinations of θ, μ0 and η in both contact models.
 
     Returns
     -------
     dict
-        Columns of `vibrissa.tables.schemas.COMPARISONS`, rows in the order of η, then θ, then μ0.
-        The columns of a model end with its name; `penetrates`: the point-contact shape passes
-        through the surface before the onset or the lock.
+        Columns of `vibrissa.tables.schemas.COMPARISONS`. Rows are ordered by η, then θ, then μ0.
+        Results of one contact model have its name at the end of theirs. `penetrates` is true where
+        the point-contact shape passes through the surface before the onset or the lock.
     """
     pairs = np.array([(t, e) for e in eta for t in theta], dtype=float)
     count, friction = len(mu0), np.array(mu0, dtype=float)

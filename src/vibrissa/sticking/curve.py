@@ -16,10 +16,9 @@ from vibrissa.outcomes import End, RodSection, Solver, Status
 from vibrissa.sticking.piece import NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.reading import CurveArray
 
-# Displacements that are nearer to each other are one: where two pieces meet, and at the end. A
-# shorter piece is none.
+# Displacements that differ by less than this (L) count as equal; shorter pieces are dropped.
 SAME = 1e-12
-# Curves that should be put beside each other at most: their samples take some 10 MB.
+# Largest number of curves to evaluate together; their samples take some 10 MB.
 CURVES_AT_ONCE = 256
 
 
@@ -36,29 +35,29 @@ class StickingCurve:
         ``collocation`` or ``shooting``.
     status : Status
         ``solved``, ``failed``, or ``out_of_reach`` if the shape becomes inadmissible before the
-        tip could lock; then the curve has states up to there, if there are any.
+        lock; the curve then has the states before this shape, if any.
     message, end_message : str
-        What went wrong and what to try; details of the end.
+        What went wrong and what to try, and details of the end.
     x1_init : float
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
     pieces : Pieces
         Smooth pieces of the curve, in order.
     retraction : Pieces
-        Smooth pieces at x0 < 0, where the clamp pulls the tip; empty if not resolved or, unless
-        requested, if the section is planar or the mounting not ideal.
+        Smooth pieces at x0 < 0, where the clamp pulls the tip; empty if not resolved. For planar
+        rods and other than ideal mountings they are solved on request only.
     section : RodSection
     residual : float
-        Largest equilibrium residual between the solved states; by shooting, miss (L).
+        Largest equilibrium residual between the solved states; by shooting, largest distance
+        between tip and contact point (L).
     x0_lock, mu_lock : float
-        Displacement (L) at which −tan α is largest, and that value; infinite where the tip lifts
-        off (fy = 0) before a maximum.
+        Displacement (L) at which −tan α is largest, and its value there, which is infinite if the
+        tip lifts off (fy = 0) before a maximum.
     x0_touch : float
         First displacement (L) at which φ1 = 0; NaN if there is none before locking, 0 if the rod
         lies on the surface from the start.
     end : End
-        Why the curve ends: a round rod ``swings_aside`` where the clamp passes under the contact
-        point (not ideal: where the margin out of the plane vanishes), a planar one ``snaps`` where
-        x0 turns back, the shape goes ``out_of_reach``, the tip ``lifts_off``, or ``not_followed``.
+        Why the curve ends. A round rod ``swings_aside`` where the clamp passes under the contact
+        point; in other than ideal mountings, where `stability_aside` vanishes.
     """
 
     theta: float
@@ -79,9 +78,9 @@ class StickingCurve:
     mounting: Mounting = IDEAL
 
     def contact_point(self, x0: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Position of the tip, seen from the clamp, after displacements of the clamp (L).
+        """Position of the tip relative to the clamp after displacements of the clamp (L).
 
-        In line contact as if the rod beyond the contact point were laid along the surface.
+        In line contact, the part beyond the contact point counts as if it lay along the surface.
         """
         x0, stage_angle = np.asarray(x0, dtype=float), self.mounting.stage_angle
         return self.x1_init - x0 * np.cos(stage_angle), self.eta - x0 * np.sin(stage_angle)
@@ -97,16 +96,16 @@ class StickingCurve:
 
     @property
     def x0_pull(self) -> float:
-        """First displacement of the curve (L): that of its retraction, 0 without one."""
+        """First displacement of the curve (L): where its retraction begins, or 0 without one."""
         return float(self.retraction.first_x0[0]) if self.retraction else 0.0
 
     @cached_property
     def _alone(self) -> CurveArray:
-        """The curve as an array of one."""
+        """The curve as a `CurveArray` of length 1."""
         return CurveArray(curves=(self,))
 
     def contact(self, x0: ArrayLike) -> list[str]:
-        """Kind of contact at given displacements on the curve; empty at NaN."""
+        """Kind of contact at displacements on the curve; empty where x0 is NaN."""
         x0 = np.atleast_1d(np.asarray(x0, dtype=float))
         if not self.pieces:
             return [""] * len(x0)
@@ -144,7 +143,7 @@ class StickingCurve:
     def onset(self, mu0: ArrayLike) -> FloatArray:
         """Exact onset of slip (L): the first displacement at which −tan α = μ0.
 
-        NaN where μ0 > μ_lock, as the tip locks, or where the curve ends before.
+        NaN where μ0 > μ_lock, as the tip locks, or where the curve ends before the onset.
 
         Raises
         ------
@@ -171,7 +170,7 @@ class StickingCurve:
         ends : list of End
             ``slips_back`` where tan α reaches +μ0 on the curve, the curve's own end otherwise.
         states : StickingState
-            The states there; NaN where the curve was not followed.
+            States in which sticking ends; NaN if the curve was not followed to its end.
 
         Raises
         ------
@@ -189,15 +188,15 @@ class StickingCurve:
     def trailing_end(self, mu0: ArrayLike) -> StickingState:
         """Last sticking state of a rod after lateral buckling, for μ0 > μ_lock.
 
-        Its x0 counts from α = 0 before the buckling; NaN if the rod does not buckle or has no
-        retraction.
+        Its x0 counts from the α = 0 state before the buckling. NaN if the rod does not buckle or
+        the curve has no retraction.
         """
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         return self._alone.trailing_end(_first(mu0), mu0)
 
 
 def _first(rows: FloatArray) -> IntArray:
-    """Return the number of the only curve, 0, per row."""
+    """Return the index of the only curve, 0, for each row."""
     return np.zeros(len(rows), dtype=np.int64)
 
 

@@ -1,7 +1,7 @@
-"""Stick-slip cycles: the states of the rod while the clamp moves on and on.
+"""Stick-slip cycles: states of the rod while the clamp moves through many periods.
 
-The tip sticks until the first step of the footpoint at which −tan α > μ0 and then slips, in the
-paper until α = 0; `vibrissa.sensor.simulation.tip` has other laws of slip.
+The tip sticks until the first step of the footpoint at which −tan α > μ0. It then slips until
+α = 0, as in the paper; `vibrissa.sensor.simulation.tip` has other laws of slip.
 """
 
 from dataclasses import dataclass, replace
@@ -39,8 +39,8 @@ class Scan:
     Attributes
     ----------
     status : Status
-        ``slip``; ``lock``: a rod that buckles laterally is then dragged, other scans end with
-        their first period; or, with no rows, the curve's status.
+        ``slip``, or ``lock`` if the tip locks: a rod that buckles laterally is then dragged along,
+        and other scans end with their first period. The curve's status if there are no states.
     cycle : ndarray of int, shape (n,)
         Number of the stick-slip cycle, from 1; a cycle ends with its slip.
     step : ndarray of int, shape (n,)
@@ -52,7 +52,7 @@ class Scan:
     x1 : ndarray, shape (n,)
         Position of the tip (L), which is the contact point in point contact.
     state : StickingState
-        Its x0 counts from the α = 0 state in which the period began.
+        States of the rod; x0 counts from the α = 0 state in which the period began.
     s : ndarray, shape (points,)
         Arc lengths of the shape points (L).
     x, y, phi : ndarray, shape (n, points)
@@ -96,7 +96,7 @@ def stick_slip(
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
     contact : str
-        Contact of later cycles, which are solved anew on an oblique stage.
+        Contact model of later cycles, which are solved anew on an oblique stage.
 
     Returns
     -------
@@ -145,7 +145,7 @@ def stick_slip(
                 message = f"at the height {one.eta:.6g} (in units of L): {one.message or status}"
             break
         if curve.mounting.stage_angle:
-            # The tip slips to the α = 0 state at the height that the clamp has then.
+            # After the slip the rod is in the α = 0 state for the clamp's present height.
             footpoint = step_position(np.array(sum(map(len, periods))), dx0)
             eta = curve.contact_point(footpoint)[1].item()
             if not 0.0 < eta < 1.0:
@@ -158,7 +158,7 @@ def stick_slip(
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Period(Batch):
-    """States of a period, with the places of the tip and the shapes seen from the clamp (L)."""
+    """States of a period, with positions of the tip and shapes relative to the clamp (L)."""
 
     state: StickingState
     offset: FloatArray
@@ -183,7 +183,7 @@ def _end_of_sticking(
     if status is not Status.LOCK:
         return status, float(read.x0_slip[0]), status is Status.SLIP
     if np.isfinite(trail):
-        # A later period begins behind the clamp already.
+        # In a later period the tip is behind the clamp from the start.
         return status, trail - 2.0 * curve.x0_end * later, True
     return status, end if np.isfinite(end) else curve.x0_lock, False
 
@@ -218,11 +218,11 @@ def _scan(
     s: FloatArray,
     message: str,
 ) -> Scan:
-    """Place the states of periods on the surface, one for each footpoint position."""
+    """Join the states of periods to a scan, with positions relative to the surface."""
     counts = [len(period.offset) for period in periods]
     cycle = np.repeat(np.arange(len(counts)), counts)
     step = np.concatenate([np.arange(count) for count in counts])
-    # The first state of a later period ends the cycle before.
+    # The first state of a later period is the slip that ends the cycle before.
     slips = (step == 0) & (cycle > 1)
     step[slips], cycle[slips] = counts[1:-1], cycle[slips] - 1
     found, footpoint = _Period.concatenate(periods), step_position(np.arange(len(step)), dx0)

@@ -1,6 +1,6 @@
-"""Smooth parts of equilibrium paths, and searches for levels and maxima on them.
+"""Smooth pieces of equilibrium paths, and searches for levels and maxima on them.
 
-A result on one piece does not depend on the others, bit for bit.
+No result on one piece depends on other pieces, not even by rounding.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,15 +22,15 @@ from vibrissa.numerics.spectral import (
     chebyshev_transform,
 )
 
-# Chebyshev points at which each piece has states: as many as the most that are solved.
+# Number of Chebyshev points at which each piece has states: the largest number that is solved.
 STATES = 49
-# Samples of each piece between which crossings are bracketed before they are located exactly.
+# Number of samples of each piece; they bracket crossings, which are then located exactly.
 SAMPLES = 257
 POLYNOMIALS = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES - 1)
-# Columns of margins of stability, which are known at fewer places.
+# Columns of margins of stability, which are computed at fewer points.
 MARGINS = ("stability", "stability_aside")
-# By how much a contact point may be beyond the tip (L), or the slope of a tip below that of the
-# surface (rad), where the contact changes its kind.
+# Rounding error where the kind of contact changes: how much s_c may exceed 1 (L) in line contact,
+# or φ1 be negative (rad) in point contact.
 CONTACT_SLACK = 1e-9
 
 
@@ -38,8 +38,8 @@ CONTACT_SLACK = 1e-9
 class StickingState(ContactState):
     """Sticking equilibria: one state, or arrays of states.
 
-    The margins of stability are interpolated, mostly to 1e-5, to 5e-3 where two eigenvalues meet;
-    `vibrissa.solve_state` computes them for one state.
+    The margins of stability are interpolated, mostly to 1e-5, and to 5e-3 where two eigenvalues
+    meet. `vibrissa.solve_state` computes exact margins of one state.
 
     Attributes
     ----------
@@ -50,12 +50,12 @@ class StickingState(ContactState):
     x0: Values
 
 
-# Weights of columns in the displacement.
+# Weights of a sum of columns that is the displacement.
 DISPLACEMENT = {"x0": 1.0}
 
 
 def rounded_contact(s_c: FloatArray) -> FloatArray:
-    """Contact points of line contact, limited to 1, as rounding may move them beyond the tip."""
+    """Move contact points of line contact that are beyond the tip by rounding to the tip."""
     return np.where(s_c > 1.0 + CONTACT_SLACK, s_c, np.minimum(s_c, 1.0))
 
 
@@ -63,13 +63,13 @@ def rounded_contact(s_c: FloatArray) -> FloatArray:
 class Pieces(Batch):
     """Smooth pieces of one or several curves, each with one kind of contact.
 
-    An argument `index`, ndarray of int, shape (n,), numbers the piece of each place `t` or level.
+    In methods `index`, ndarray of int, shape (n,), is the piece of each parameter value or level.
 
     Attributes
     ----------
     line, by_x0 : ndarray of bool, shape (pieces,)
-        Whether the states are in line contact, and whether x0 is the continuation parameter; else,
-        where the force changes fast or x0 turns back, the parameter is that of equation E3c
+        Whether the states are in line contact, and whether x0 is the continuation parameter. Where
+        the force changes fast or x0 turns back, the parameter is that of equation E3c instead
         (`vibrissa.mechanics.equations`).
     start, stop : ndarray, shape (pieces,)
         First and last values of the continuation parameters (x0 in L).
@@ -95,7 +95,7 @@ class Pieces(Batch):
 
     @cached_property
     def _coefficients(self) -> tuple[FloatArray, ...]:
-        """Chebyshev coefficients of the columns and two derivatives, shape (pieces, columns, k)."""
+        """Coefficients of the columns and of two derivatives, shape (pieces, columns, k) each."""
         derivative, scale = chebyshev_derivative(STATES).T, 2.0 / (self.stop - self.start)
         value = np.stack([*self.states.columns.values()], axis=1) @ chebyshev_transform(STATES).T
         slope = value @ derivative * scale[:, None, None]
@@ -104,7 +104,7 @@ class Pieces(Batch):
     def _values(
         self, index: IntArray, t: FloatArray, names: Sequence[str], orders: Sequence[int]
     ) -> FloatArray:
-        """Interpolate derivatives of some columns, of orders up to 2: (orders, columns, n)."""
+        """Interpolate derivatives of orders 0 to 2 of some columns, shape (orders, columns, n)."""
         columns = [StickingState.names().index(name) for name in names]
         some = [self._coefficients[order].take(columns, axis=1) for order in orders]
         start, stop = self.start[index], self.stop[index]
@@ -144,7 +144,7 @@ class Pieces(Batch):
         sought = np.flatnonzero(~self.by_x0[index])
         if not len(sought):
             return x0
-        # Pieces meet up to rounding.
+        # Neighbouring pieces meet up to rounding only.
         levels = np.minimum(x0[sought], self.samples.x0[index[sought], -1])
         t = x0.copy()
         t[sought] = self.first(index[sought], self.samples.x0, levels, DISPLACEMENT, levels)
@@ -157,14 +157,14 @@ class Pieces(Batch):
 
     @cached_property
     def samples(self) -> StickingState:
-        """States at `sample_places`, good enough to bracket crossings; exact at the ends."""
+        """States at `sample_places`, accurate enough to bracket crossings; exact at the ends."""
         samples, ends = self._sampled(0), [0, -1]
         for name, values in samples.columns.items():
             values[:, ends] = getattr(self.states, name)[:, ends]
         return samples
 
     def up_to(self, stop: FloatArray) -> Self:
-        """Cut all pieces off at values of their parameters."""
+        """Cut each piece off at a value of its parameter."""
         places = self.start[:, None] + (stop - self.start)[:, None] * chebyshev_nodes(STATES)
         states = self.at(np.repeat(np.arange(len(self)), STATES), places.ravel())
         return replace(self, stop=stop, states=states.each(lambda v: v.reshape(places.shape)))
@@ -179,21 +179,29 @@ class Pieces(Batch):
         places: FloatArray | None = None,
         derivative: int = 0,
     ) -> FloatArray:
-        """Where `sampled` first reaches its level; exactly, weights·columns = value.
+        """Find where a quantity first reaches a level.
+
+        Samples of the quantity bracket the place. It then solves weights·columns = value exactly.
 
         Parameters
         ----------
         sampled : ndarray, shape (pieces, samples)
             The quantity at `places`; it need not increase.
+        levels : ndarray, shape (n,)
+            Level for each index.
+        weights : mapping
+            Weights of columns by their names.
+        value : ndarray, shape (n,), or float
+            Value of the weighted sum.
         places : ndarray, shape (pieces, samples), optional
             Increasing values of the parameters, by default `sample_places`.
         derivative : int
-            Order of the derivative of the columns in that sum.
+            Order of the derivative of the columns in the weighted sum.
 
         Returns
         -------
         ndarray, shape (n,)
-            Values of the parameters; NaN where no sample reaches the level.
+            Values of the parameters; NaN if no sample reaches the level.
         """
         if not len(index):
             return np.empty(0)
@@ -224,19 +232,19 @@ class Pieces(Batch):
         return found
 
     def largest_friction(self) -> FloatArray:
-        """Values of the parameters at which −tan α is largest while fx ≤ 0."""
+        """Value of the parameter of each piece at which −tan α is largest while fx ≤ 0."""
         # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
         ahead = self.samples.reaction_fx <= 0.0
         top = np.where(ahead, self.samples.mobilised_friction, -np.inf).argmax(axis=1)
         rows, t = np.arange(len(self)), self.sample_places
 
         def slope(t: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
-            """Return the derivative of fx/fy, times fy², and that of this."""
+            """Return fy² times the derivative of fx/fy, and the derivative of this product."""
             force, first, second = self._values(index, t, ("reaction_fx", "reaction_fy"), (0, 1, 2))
             (fx, fy), (dfx, dfy), (ddfx, ddfy) = force, first, second
             return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
 
-        # At an end it may still be inside by less than a sample.
+        # If the largest sample is at an end, the maximum may be between it and the next sample.
         low, high = t[rows, np.maximum(top - 1, 0)], t[rows, np.minimum(top + 1, SAMPLES - 1)]
         found, inside = t[rows, top], slope(low, rows)[0] * slope(high, rows)[0] < 0.0
         found[inside] = bracketed_root(slope, low[inside], high[inside], rows[inside])

@@ -1,6 +1,6 @@
-"""Reading of sticking curves: contact, states, onsets of slip, motion beyond the lock.
+"""Evaluation of sticking curves: contact, states, onsets of slip, motion after the lock.
 
-What is read off a curve does not depend on other curves, bit for bit.
+No result of one curve depends on other curves, not even by rounding.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CurveArray:
-    """Sticking curves; an argument `index`, shape (m,), numbers the curve of each value."""
+    """Sticking curves; in methods `index`, shape (m,), is the curve of each x0 or μ0."""
 
     curves: tuple["StickingCurve", ...]
 
@@ -32,17 +32,17 @@ class CurveArray:
 
     @cached_property
     def stop(self) -> IntArray:
-        """Number of each curve's last piece, plus 1."""
+        """Index of each curve's last piece, plus 1."""
         return np.cumsum([len(curve.retraction) + len(curve.pieces) for curve in self.curves])
 
     @cached_property
     def begin(self) -> IntArray:
-        """Number of the first piece of each curve."""
+        """Index of each curve's first piece."""
         return np.append(0, self.stop[:-1])
 
     @cached_property
     def pushed(self) -> IntArray:
-        """Number of each curve's first piece on which the clamp pushes."""
+        """Index of each curve's first piece on which the clamp pushes."""
         return self.stop - np.array([len(curve.pieces) for curve in self.curves], dtype=np.int64)
 
     @cached_property
@@ -52,7 +52,7 @@ class CurveArray:
 
     @cached_property
     def mu_lock(self) -> FloatArray:
-        """Critical friction of each."""
+        """Critical friction μ_lock of each curve."""
         return np.array([curve.mu_lock for curve in self.curves])
 
     @cached_property
@@ -72,7 +72,7 @@ class CurveArray:
         return np.append(self.pieces.last_x0, np.nan)[last]
 
     def _piece_of(self, index: IntArray, x0: FloatArray) -> IntArray:
-        """Which piece each displacement lies on."""
+        """Index of the piece on which each displacement lies."""
         place, first_x0 = self.begin[index], self.pieces.first_x0
         for _ in range(int((self.stop - self.begin).max(initial=1)) - 1):
             after = np.minimum(place + 1, len(first_x0) - 1)
@@ -80,7 +80,7 @@ class CurveArray:
         return place
 
     def contact(self, index: IntArray, x0: FloatArray) -> list[str]:
-        """Kind of contact at displacements; empty at NaN."""
+        """Kind of contact at displacements; empty where x0 is NaN."""
         known = np.flatnonzero(np.isfinite(x0))
         kinds = np.full(len(x0), "", dtype=object)
         line = self.pieces.line[self._piece_of(index[known], x0[known])]
@@ -88,7 +88,7 @@ class CurveArray:
         return list(kinds.tolist())
 
     def states(self, index: IntArray, x0: FloatArray) -> StickingState:
-        """States at displacements; NaN where these are."""
+        """States at displacements; NaN where x0 is NaN."""
         known = np.flatnonzero(np.isfinite(x0))
         if len(known) < len(x0):
             states = StickingState.unknown(len(x0))
@@ -100,12 +100,12 @@ class CurveArray:
         return replace(self.pieces.at(place, self.pieces.places_of(place, within)), x0=x0)
 
     def onset(self, index: IntArray, mu0: FloatArray) -> FloatArray:
-        """Exact onsets of slip; NaN where the tip locks, or the curve ends before."""
+        """Exact onsets of slip (L); NaN where the tip locks or the curve ends before the onset."""
         onset = np.full(mu0.shape, np.nan)
         sampled, places = self._demand_up_to_the_lock
         place = self.pushed[index]
         while True:
-            # A curve without a lock ends before it.
+            # A curve without a lock has NaN there: it is searched up to its end.
             sought = (place < self.stop[index]) & ~(mu0 > self.mu_lock[index]) & np.isnan(onset)
             rows = np.flatnonzero(sought)
             rows = rows[~(self.pieces.first_x0[place[rows]] > self.x0_lock[index[rows]])]
@@ -119,7 +119,7 @@ class CurveArray:
             place = place + 1
 
     def outcomes(self, index: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
-        """Exact onsets of slip, and statuses, also for curves without states."""
+        """Exact onsets of slip (L) and statuses, also of curves without states."""
         x0_slip = self.onset(index, mu0)
         otherwise = np.array([curve.status for curve in self.curves], dtype=object)
         otherwise[self.locks] = Status.LOCK
@@ -129,7 +129,7 @@ class CurveArray:
 
     @cached_property
     def _demand_up_to_the_lock(self) -> tuple[FloatArray, FloatArray]:
-        """Samples of −tan α, and their places; the first past a lock is moved to the lock."""
+        """Samples of −tan α and their places; the first sample past a lock is moved to the lock."""
         pieces = self.pieces
         count = self.stop - self.begin
         x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)
@@ -141,7 +141,7 @@ class CurveArray:
         return demand, places
 
     def motion_end(self, index: IntArray, mu0: FloatArray) -> tuple[list[End], StickingState]:
-        """How and where sticking past the lock ends, for μ0 above μ_lock."""
+        """How and where sticking ends after the lock, for μ0 above μ_lock."""
         states = StickingState.unknown(len(mu0))
         ends = np.array([curve.end for curve in self.curves], dtype=object)[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
@@ -169,7 +169,7 @@ class CurveArray:
         """Last sticking states of rods that trail behind their clamps; NaN for other rods."""
         states = StickingState.unknown(len(mu0))
         swings = np.array([curve.end is End.SWINGS_ASIDE for curve in self.curves], dtype=bool)
-        # The part next to α = 0 comes first for the tip.
+        # The trailing rod first passes the piece of the retraction next to α = 0.
         place = self.pushed[index] - 1
         while True:
             sought = swings[index] & (place >= self.begin[index]) & np.isnan(states.x0)
@@ -179,7 +179,7 @@ class CurveArray:
             alpha = np.arctan(mu0[rows])
             sampled = -self.pieces.samples.alpha
             at = self.pieces.first(place[rows], sampled, -alpha, _slips_back(alpha))
-            # Where not even the first sample demands more, an earlier part does.
+            # If tan α is below μ0 on the whole piece, the tip slips on an earlier one.
             slips = at > self.pieces.start[place[rows]]
             states.put(rows[slips], self.pieces.at(place[rows[slips]], at[slips]))
             place = place - 1
@@ -197,5 +197,5 @@ def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState
 
 
 def _slips_back(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
-    """Weights of a sum of columns, zero where tan α = tan `alpha`."""
+    """Weights of a sum of columns that is zero where the force has the inclination `alpha`."""
     return {"reaction_fy": np.tan(alpha), "reaction_fx": 1.0}

@@ -1,4 +1,4 @@
-"""Periods of sticking, read off equilibrium paths for every μ0 and Δx0.
+"""Periods of sticking, found on sticking curves for any μ0 and Δx0.
 
 The paper's x0,max is the largest multiple of Δx0 that does not pass the exact onset x0_slip.
 """
@@ -24,13 +24,13 @@ class Stiction:
     Attributes
     ----------
     status : list of Status
-        ``slip``, ``lock``, or the status of a curve without a lock.
+        ``slip``; without an onset ``lock``, or the curve's status if the curve has no lock.
     x0_slip : ndarray, shape (n,)
         Exact onset of slip (L); NaN unless the tip slips.
     n_steps : ndarray of float, shape (n,)
-        Steps to the last sticking state; NaN unless it slips.
+        Steps to the last sticking state; NaN unless the tip slips.
     x0_max : ndarray, shape (n,)
-        Last state of stiction on the step grid, n_steps·Δx0 (L).
+        Displacement of the last sticking state on the step grid, n_steps·Δx0 (L).
     penetrates : ndarray of bool, shape (n,)
         Whether the point-contact shape passes through the surface (φ1 < 0) before the onset or the
         lock.
@@ -39,11 +39,12 @@ class Stiction:
     init, last, slip : StickingState
         States at α = 0, at the last sticking step and at the exact onset; NaN if not reached.
     end : list of str
-        How sticking ends past the lock (`vibrissa.outcomes.End`); else empty.
+        How sticking ends after the lock (`vibrissa.outcomes.End`); empty unless the tip locks.
     ended : StickingState
-        State in which sticking so ends; NaN without a lock or a curve that was followed.
+        State in which sticking ends after the lock; NaN unless the tip locks and the curve was
+        followed to its end.
     trail : StickingState
-        Last sticking state of a rod that has buckled laterally; NaN elsewhere.
+        Last sticking state of a rod that has buckled laterally; NaN for other rods.
     """
 
     status: list[Status]
@@ -61,7 +62,7 @@ class Stiction:
 
 
 def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decimal]) -> Stiction:
-    """Read periods of sticking off one curve; see `read_curves`."""
+    """Find periods of sticking on one curve; see `read_curves`."""
     return read_curves([curve], [np.array([float(mu) for mu in mu0])], [dx0])
 
 
@@ -70,9 +71,9 @@ def read_curves(
     mu0: Sequence[FloatArray],
     dx0: Sequence[Sequence[Decimal]],
 ) -> Stiction:
-    """Read periods of sticking off curves; each curve has its μ0 and as many exact Δx0 (L).
+    """Find periods of sticking on curves; each curve has its own μ0, with one Δx0 (L) for each.
 
-    A period is the same, bit for bit, whatever else is read with it.
+    No period depends on others, not even by rounding.
     """
     together = CurveArray(curves=tuple(curves))
     of = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])
@@ -80,7 +81,7 @@ def read_curves(
     x0_slip, status = together.outcomes(of, friction)
     slips = np.isfinite(x0_slip)
     n_steps, x0_max = _last_steps(x0_slip, [step for pairs in dx0 for step in pairs])
-    # A rod that is free to lie down does not pass through the surface.
+    # A rod that may lie on the surface does not pass through it.
     touches = np.array([not curve.pieces.line.any() for curve in curves])
     x0_touch = np.array([curve.x0_touch for curve in curves])[of]
     sticks_until = np.where(slips, x0_slip, together.x0_lock[of])
@@ -92,7 +93,7 @@ def read_curves(
         end[locks] = [how.value for how in ends]
         ended.put(locks, states)
         trail.put(locks, together.trailing_end(of[locks], friction[locks]))
-    # All that is asked at once: the first state of each curve, and two for each period.
+    # Evaluate all states together: the first one of each curve, and two of each period.
     x0_init = np.where(together.has_states, 0.0, np.nan)
     states = together.states(
         np.concatenate([np.arange(len(curves)), of, of]), np.concatenate([x0_init, x0_max, x0_slip])
@@ -103,7 +104,7 @@ def read_curves(
         x0_slip=x0_slip,
         n_steps=n_steps,
         x0_max=x0_max,
-        # At 0 already, or strictly before the onset; NaN compares as no.
+        # The first touch is at 0, or strictly before the onset; comparisons with NaN are false.
         penetrates=touches[of] & ((x0_touch == 0.0) | (x0_touch < sticks_until)),
         contact=together.contact(of, np.where(slips, x0_slip, together.x0_lock[of])),
         init=states.take(of),
@@ -116,7 +117,7 @@ def read_curves(
 
 
 def _last_steps(x0_slip: FloatArray, dx0: Sequence[Decimal]) -> tuple[FloatArray, FloatArray]:
-    """Count the steps to each onset, and place the last one; NaN where there is no onset."""
+    """Count the steps to each onset, and locate the last one (L); NaN without an onset."""
     n_steps, x0_max = np.full((2, len(x0_slip)), np.nan)
     slips = np.isfinite(x0_slip)
     numbers: dict[Decimal, int] = {}

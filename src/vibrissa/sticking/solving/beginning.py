@@ -1,4 +1,4 @@
-"""Where branches begin: α = 0 states of rods in any mounting, from the ideal one by a homotopy."""
+"""First states of branches: α = 0 states in any mounting, by a homotopy from the ideal one."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -14,15 +14,18 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.solving.branches import Branches, violation
 
-# Height at which lowering the surface begins, and the first step (part of the way).
+# Height (L) from which the surface is lowered, and the first step (share of the homotopy).
 HIGHEST, FIRST_SHARE = 0.999, 0.1
-# A step that succeeds is doubled, one that fails divided; the shortest step (parts of a way).
+# Divisor of a step that fails (one that succeeds is doubled), and shortest step (share of the
+# homotopy).
 DIVISION, SHORTEST_STEP = 4.0, 1e-4
-# Part of the rod's bend by which a state may differ from its guess: further away is another branch.
+# Largest difference between a state and its guess, relative to the range of slopes along the rod: a
+# state further away is on another branch.
 NEAR = 0.3
-# Below this margin of stability a branch that cannot be followed has its end.
+# A branch that cannot be followed further ends in a limit point if its margin of stability is below
+# this.
 END_MARGIN = 0.1
-# Accuracy of the states, which are guesses for what is solved exactly.
+# Accuracy of the states, which serve as guesses for exact solutions.
 TOLERANCE = 1e-8
 
 NO_INITIAL_STATE = (
@@ -44,7 +47,7 @@ LOST = (
 
 
 class Beginning(NamedTuple):
-    """First states of branches: `rows` with an α = 0 state, and why `missing` rows have none."""
+    """First states of branches for the rods `rows`; `missing` maps others to status and message."""
 
     branches: Branches
     states: RodStates
@@ -55,7 +58,7 @@ class Beginning(NamedTuple):
 def begin(
     rods: FloatArray, eta: FloatArray, stage_angle: FloatArray, nodes: int, model: Contact
 ) -> Beginning:
-    """Solve the states in which branches begin; stage angles in rad."""
+    """Solve the α = 0 states in which branches begin; `stage_angle` is in rad."""
     ideal, found = _ideal_states(rods[:, 0], eta, nodes, model)
     missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
     states = replace(ideal, rods=np.pad(ideal.rods, [(0, 0), (0, rods.shape[1] - 3)])).copy()
@@ -82,7 +85,7 @@ def begin(
 
 
 def _reasons(states: RodStates, share: FloatArray) -> list[tuple[Status, str]]:
-    """Status and message of rods without an α = 0 state, from the last state of the homotopy."""
+    """Status and message of rods without an α = 0 state, from their last states in the homotopy."""
     springs = stability(states, slides=True) < END_MARGIN
     found = []
     for part, over, lifts in zip(share, springs, states.fy >= 0.0, strict=True):
@@ -101,7 +104,7 @@ def _ideal_states(
     lies = found & (ends(states).phi1 < 0.0) & (model is Contact.LINE)
     rows = np.flatnonzero(~found | lies)
     if len(rows):
-        # The surface is lowered.
+        # Lower the surface step by step.
         high = np.full(len(rows), HIGHEST)
         first, _ = _buckled_states(theta[rows], high, nodes)
         lowest, share = _homotopy(first, first.rods, high, eta[rows], model, FIRST_SHARE)
@@ -111,7 +114,7 @@ def _ideal_states(
 
 
 def _buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[RodStates, BoolArray]:
-    """Solve α = 0 states from the buckling mode; found are those bent towards +x in that mode."""
+    """Solve α = 0 states from the buckling mode; mark first-mode states bent towards +x."""
     guess = RodStates(
         rods=np.column_stack([theta, np.zeros((len(theta), 2))]),
         unknowns=buckled_unknowns(theta, eta, nodes),
@@ -132,7 +135,7 @@ def _homotopy(
 ) -> tuple[RodStates, FloatArray]:
     """Follow α = 0 states to other rods and from high to low surfaces, as far as they exist.
 
-    Returns the last states and their homotopy parameters.
+    Returns the last states and the shares of the homotopy that they have reached, 1 at its end.
     """
     # The deflection grows like the square root of 1 − η.
     high, low = np.sqrt(1.0 - high), np.sqrt(1.0 - low)
@@ -150,7 +153,7 @@ def _homotopy(
             target - share[active], way_before, out=np.zeros(len(active)), where=way_before > 0.0
         )
         guess = RodStates(rods=between, unknowns=new + weight[:, None] * (new - old), line=line)
-        # Where the kind of contact just changed, the extrapolated s_c may have passed 1.
+        # After a change of contact, the extrapolated s_c may exceed 1.
         np.minimum(guess.s_c, 1.0, out=guess.s_c)
         upright = ClosingCondition.prescribing(eta, {FX: 1.0})
         solution, found = with_active_contact(guess, upright, model)
@@ -174,10 +177,10 @@ def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
 def with_active_contact(
     guess: RodStates, closing: ClosingCondition, model: Contact
 ) -> tuple[RodStates, BoolArray]:
-    """Solve states with the guess's kind of contact if possible, else the other; or NaN."""
+    """Solve states with the guess's kind of contact or else the other; NaN if both fail."""
     states, found = solve(guess, closing, tolerance=TOLERANCE)
     if model is Contact.LINE:
-        # Where a retracted rod has peeled off up to its tip, no state lies along the surface.
+        # A retracted rod that has peeled off up to its tip has no state in line contact.
         other = np.flatnonzero(~(violation(states) <= 0.0) & (found | states.line))
         if len(other):
             start = np.where(found[:, None], states.unknowns, guess.unknowns)[other]
@@ -186,7 +189,7 @@ def with_active_contact(
             again, converged = solve(switched, closing.take(other), tolerance=TOLERANCE)
             states.put(other, again)
             found[other] = converged & (violation(again) <= 0.0)
-    # s_c runs away where the rod would lie down altogether
+    # Where the whole rod would lie down, s_c leaves its range
     found &= states.s_c > 0.0
     states.unknowns[~found] = np.nan
     return states, found

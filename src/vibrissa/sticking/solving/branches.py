@@ -1,4 +1,4 @@
-"""Branches of equilibria: the rods, their α = 0 states, and conditions that hold along them."""
+"""Branches of equilibria: their rods, their α = 0 states, and the conditions along them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 
-# Weights of fx and fy where forces stand beside lengths in the length of a path.
+# Weights of fx and fy, relative to the offset, in the length of a path.
 WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, 0.1
 
 
@@ -58,7 +58,7 @@ class Branches(Batch):
     def prescribing(
         self, weights: Mapping[int, FloatArray | float], value: FloatArray | float = 0.0
     ) -> ClosingCondition:
-        """E2, and a weighted sum of end quantities as E3: fx where α = 0, φ1 at a kink."""
+        """Prescribe a weighted sum as E3, beside E2: fx for α = 0, φ1 at a kink."""
         height = self.eta - self.tilt * self.x1_init
         return ClosingCondition.prescribing(height, weights, value, self.tilt)
 

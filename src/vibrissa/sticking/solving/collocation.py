@@ -1,4 +1,4 @@
-"""Equilibrium paths by spectral collocation: batches of rods.
+"""Equilibrium paths of batches of rods by spectral collocation.
 
 Paths are followed on few nodes (`following`), cut into smooth parts (`cutting`) and resolved
 (`refinement`).
@@ -41,16 +41,16 @@ from vibrissa.sticking.solving.refinement import (
 )
 
 METHOD = Solver.COLLOCATION
-# Paths that are solved together: more share the overhead of each call, fewer stay in the
-# processor's cache and bound the memory.
+# Number of paths that are solved together: enough to share the overhead of each call, and few
+# enough for the processor's cache.
 BATCH = 128
 # A round rod is followed until its contact point is this far behind the clamp (L).
 BEHIND_CLAMP = 1e-6
-# Friction up to which a retracted rod is followed: where the normal force vanishes, s_c runs so
-# steeply that few paths would be resolved.
+# Value of tan α up to which a retracted rod is followed. Close to a vanishing normal force, s_c
+# changes so fast that few paths could be resolved.
 MOST_RETRACTED = 3.001
-# Margin out of the plane below which a round rod has left it for certain, though it is found on few
-# nodes.
+# Margin out of the plane below which a round rod has certainly buckled, and the number of nodes on
+# which it is computed.
 PAST_BUCKLING, NODES_ASIDE = -0.02, 24
 
 NO_SWITCH = (
@@ -73,20 +73,21 @@ def solve_curves(
     Parameters
     ----------
     model : Contact
-        POINT for contact with the tip alone, LINE for the kind of contact that is possible.
+        POINT: only the tip touches; LINE: the rod may also lie on the surface.
     mountings : sequence of Mounting, length n, optional
         By default all are ideal.
     section : RodSection
-        ROUND: the paths end where the rods buckle laterally, and have a retraction where the
-        mounting is ideal; PLANAR: they go on in the plane until they turn back.
+        ROUND: paths end where the rods buckle laterally, and have a retraction if the mounting is
+        ideal; PLANAR: paths end where x0 turns back.
     retract : bool
-        Whether all paths have a retraction, up to where the normal force vanishes, as far as it
+        Whether to solve a retraction of every path until the normal force vanishes, or as far as it
         can be resolved.
 
     Returns
     -------
     list of StickingCurve
-        ``failed`` where no solution was resolved, ``out_of_reach`` where no first state exists.
+        Curves in the order of the rods. Their status is ``failed`` if no solution was resolved, and
+        ``out_of_reach`` if no first state exists or the shape becomes inadmissible.
     """
     theta, eta = np.asarray(theta, dtype=float), np.asarray(eta, dtype=float)
     mounted = [IDEAL] * len(theta) if mountings is None else list(mountings)
@@ -98,7 +99,7 @@ def solve_curves(
             for row, curve in zip(
                 batch, _solved(*some, model, section, closeness, retract), strict=True
             ):
-                # A path that is known is not given up for none.
+                # A failed attempt does not replace an earlier curve that has states.
                 if curve.status is not Status.FAILED or not curves.get(row, curve).pieces:
                     curves[row] = curve
         pending = [
@@ -112,7 +113,7 @@ def solve_curves(
 
 
 def _batches(rows: Sequence[int], mounted: Sequence[Mounting]) -> Iterator[list[int]]:
-    """Batches of rods: ideally mounted, ideal but for the stage, or otherwise."""
+    """Batches of rods of one kind: ideal mounting, ideal except for the stage, or any other."""
     kinds: dict[tuple[bool, bool], list[int]] = defaultdict(list)
     for row in rows:
         kinds[mounted[row].is_ideal_rod, mounted[row].is_ideal].append(row)
@@ -129,7 +130,7 @@ def _solved(
     closeness: Closeness,
     retract: bool,
 ) -> list[StickingCurve]:
-    """Solve paths, following them with one closeness."""
+    """Solve paths, followed with one number of nodes and one longest step."""
     rods = rod_columns(theta, mountings)
     stage_angle = np.array([one.stage_angle for one in mountings])
     begun = begin(rods, eta, stage_angle, closeness.nodes, model)
@@ -171,7 +172,7 @@ def _curves(
     paths, whole = _resolved(branches, followed, side, round_rods=round_rods, ideal=ideal)
     uncut, rows = [], [row for row in range(count) if len(paths[row])]
     for row in rows:
-        # A retraction that is asked for may be known in part.
+        # A retraction on request may be resolved in part only.
         known = both and (retract or whole[count + row])
         curve = _uncut(branches, row, paths[row], paths[count + row] if known else NOTHING)
         turned = bool(followed.turned[row] and whole[row])
@@ -190,8 +191,8 @@ def _curves(
 
 
 def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished) -> StickingCurve:
-    """Put the resolved parts of one path together, to beyond its end."""
-    # By definition, not up to rounding.
+    """Make a curve, not yet cut off at its end, of the resolved parts of one path."""
+    # Exactly 0, not up to rounding.
     pushed.pieces.states.x0[0, 0] = 0.0
     limits = retraction.limits
     admissible = np.isnan([limits.out_of_reach, limits.swings_aside]).all()
@@ -208,7 +209,7 @@ def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished)
 
 
 def _ended(side: FloatArray, section: RodSection, ideal: bool, most: float) -> Ended:
-    """Condition at which paths end, besides a turn of x0."""
+    """Return the condition at which paths end; they end as well where x0 turns back."""
 
     def ended(branches: Branches, knots: Knots) -> BoolArray:
         states = knots.states
@@ -225,7 +226,7 @@ def _ended(side: FloatArray, section: RodSection, ideal: bool, most: float) -> E
 
 
 def has_buckled(states: RodStates) -> BoolArray:
-    """Whether states in the plane are past a round rod's lateral buckling."""
+    """Whether round rods would have buckled laterally before these states in the plane."""
     nodes = min(states.nodes, NODES_ASIDE)
     return np.asarray(stability_aside(states.on_nodes(nodes)) < PAST_BUCKLING)
 
@@ -250,11 +251,13 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
 def _resolved(
     branches: Branches, followed: Followed, side: FloatArray, *, round_rods: bool, ideal: bool
 ) -> tuple[list[Finished], BoolArray]:
-    """Resolve the parts of each path, in the order of x0, up to a failure; True if none fails."""
+    """Resolve the parts of each path, in the order of x0, up to a failure.
+
+    Returns the resolved parts of each path, and whether none has failed.
+    """
     knots, parts = followed.knots, cut(branches, followed, side)
     if round_rods and ideal:
-        # In tip contact the clamp passes under the contact point where the offset is zero: nothing
-        # counts behind.
+        # In point contact the rod buckles where the offset is zero: later states are not needed.
         under = (side * branches.x1_init)[parts.branch] - parts.start
         tip = parts.by_x0 & ~parts.line & (side[parts.branch] > 0.0)
         parts.length[tip] = np.minimum(parts.length, under)[tip]
@@ -267,7 +270,7 @@ def _resolved(
     length = found.pieces.stop - found.pieces.start
     covered = np.bincount(found.knot, length, len(knots))[parts.first]
     complete = covered > parts.length * (1.0 - 1e-9)
-    # A path counts up to the first part that could not be resolved.
+    # A path is kept up to the first part that could not be resolved.
     whole, counts = np.ones(len(side), dtype=bool), np.zeros(len(knots), dtype=bool)
     for knot, branch, known in zip(parts.first, parts.branch, complete, strict=True):
         whole[branch] &= known
@@ -281,7 +284,7 @@ def _resolved(
 
 
 def _is_possible(curve: StickingCurve) -> bool:
-    """Whether each part's kind of contact is possible all along it."""
+    """Whether the kind of contact of each piece is possible in all its states."""
     pieces, slack = Pieces.concatenate([curve.retraction, curve.pieces]), CONTACT_SLACK
     phi1, s_c = pieces.samples.phi1, pieces.samples.s_c
     lies = pieces.line[:, None]

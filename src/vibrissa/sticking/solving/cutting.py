@@ -1,6 +1,6 @@
-"""Paths are cut into smooth parts, each with one continuation parameter that grows along it.
+"""Cutting of paths into smooth parts, each with one continuation parameter that grows along it.
 
-The parameter is the displacement while it grows steadily, otherwise that of E3c.
+The parameter is the displacement where it grows steadily, otherwise the parameter of E3c.
 """
 
 from collections.abc import Iterator
@@ -26,16 +26,16 @@ from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.sticking.solving.branches import Branches, end_quantities
 from vibrissa.sticking.solving.following import Followed, Knots, hermite
 
-# Least share of the displacement in the direction of a path that it is the parameter of; more where
-# the path turns back in the end.
+# Smallest component of the displacement in the direction of a path where it is the parameter; the
+# second value is for paths that turn back at their end.
 STEADY, STEADY_BEFORE_TURN = 0.05, 0.4
-# Least share of a direction in those of a part that has its parameter along it.
+# Smallest cosine of the angle between the path and the direction along which a parameter grows.
 ALONG = 0.4
-# The displacement as a direction.
+# Direction in which the displacement grows.
 X0 = np.array([1.0, 0.0, 0.0, 0.0])
 
 RESIDUAL_TOLERANCE = 1e-12
-# On more nodes than these rounding alone comes near that.
+# On more nodes, rounding errors come near that tolerance, and a larger one holds.
 MANY_NODES, ROUNDED_TOLERANCE = 100, 1e-11
 # Bound on the last coefficients of series relative to the largest.
 DECAY_TOLERANCE = 1e-12
@@ -60,9 +60,9 @@ class Parts(Batch):
     first, last : ndarray of int, shape (n,)
         Knots at both ends.
     start, length : ndarray, shape (n,)
-        First value of the parameter, and length of the part (x0 in L).
+        First value of the parameter, and its increase along the part (x0 in L).
     closing : ClosingCondition
-        E2, and E3 where the parameter is zero.
+        E2, and E3 for a parameter of zero.
     """
 
     first: IntArray
@@ -89,7 +89,7 @@ def _sections(followed: Followed, side: FloatArray) -> list[Section]:
     ends = knots.direction[followed.last, 0]
     for start, stop in pairwise(begins.tolist()):
         along, ahead = knots.direction[start:stop], side[knots.branch[start]]
-        # Also in a kink: the last knot of the whole path shows it.
+        # The last knot of a whole path shows whether it turns back, also in a kink.
         turns = ends[knots.branch[start]] * ahead < STEADY
         steady = along[:, 0] * ahead >= (STEADY_BEFORE_TURN if turns else STEADY)
         by_x0 = steady[:-1] & steady[1:]
@@ -106,7 +106,7 @@ def _sections(followed: Followed, side: FloatArray) -> list[Section]:
 
 
 def _straight(along: FloatArray, low: int, high: int) -> Iterator[tuple[int, int, FloatArray]]:
-    """Halve stretches until all directions are near the mean of both ends."""
+    """Halve a stretch of knots until all its directions are near the mean of those at its ends."""
     ends = [low, high]
     while len(ends) > 1:
         low, high = ends[:2]
@@ -127,7 +127,7 @@ def residual_tolerance(nodes: int) -> float:
 def resolved_states(
     guess: RodStates, closing: ClosingCondition
 ) -> Iterator[tuple[IntArray, RodStates, FloatArray]]:
-    """Solve states on as many nodes as each needs: rows, states and largest residuals."""
+    """Solve states on as many nodes as each needs; yields rows, states and largest residuals."""
     rows = np.arange(len(guess))
     for nodes in NODES_ALONG_ROD:
         if not len(rows):
@@ -142,7 +142,7 @@ def resolved_states(
 
 
 def exact_ends(guess: RodStates, closing: ClosingCondition) -> FloatArray:
-    """Offset, fx, fy and s_c of states, shape (n, 4); NaN where not resolved."""
+    """Solve states exactly: offset, fx, fy and s_c, shape (n, 4); NaN where not resolved."""
     found = np.full((len(guess), 4), np.nan)
     for rows, states, _ in resolved_states(guess, closing):
         found[rows] = end_quantities(states)
@@ -150,7 +150,10 @@ def exact_ends(guess: RodStates, closing: ClosingCondition) -> FloatArray:
 
 
 def cut(branches: Branches, followed: Followed, side: FloatArray) -> Parts:
-    """Cut paths, with exact `x1_init`, into smooth parts; NaN where an end is not resolved."""
+    """Cut paths into smooth parts, whose length is NaN where an end is not resolved.
+
+    The `x1_init` of the branches must be exact.
+    """
     knots, sections = followed.knots, _sections(followed, side)
     first, last = (np.array([s[i] for s in sections], dtype=np.int64) for i in (0, 1))
     by_x0 = np.array([s.by_x0 for s in sections], dtype=bool)
@@ -158,7 +161,7 @@ def cut(branches: Branches, followed: Followed, side: FloatArray) -> Parts:
     branch = knots.branch[first]
     some = branches.take(branch)
     closing = some.along(direction, np.zeros(len(first)))
-    # The displacement itself, not the way along it.
+    # Where the displacement is the parameter, it is measured in L.
     ahead = side[branch] / some.cos
     closing.weights[by_x0] = 0.0
     closing.weights[by_x0, OFFSET] = -ahead[by_x0]
@@ -186,7 +189,8 @@ def _exact_knots(
     """Offset, fx, fy and s_c of all knots, exact where sections meet, shape (knots, 4)."""
     knots = followed.knots
     quantities = end_quantities(knots.states)
-    # The displacement begins with 0, and the last knots lie beyond the ends of the paths.
+    # Two kinds of knots need no solution: the first, where x0 = 0, and the last, which are beyond
+    # the ends of the paths.
     known = followed.first & np.isin(np.arange(len(knots)), first[by_x0])
     rows = np.union1d(first, last)
     rows = rows[~followed.last[rows] & ~known[rows]]

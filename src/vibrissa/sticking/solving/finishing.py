@@ -1,4 +1,4 @@
-"""Events on resolved parts that need their shapes: lateral buckling, inadmissible shapes."""
+"""Margins of stability of resolved parts, lateral buckling and inadmissible shapes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -22,24 +22,25 @@ from vibrissa.sticking.piece import NO_PIECES, STATES, Pieces, StickingState, ro
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.refinement import PathStates, Resolved
 
-# Accuracy with which the end of the admissible shapes is located, relative to a part.
+# Accuracy of the place where shapes become inadmissible, as a fraction of a part.
 LIMIT_TOLERANCE = 1e-11
-# A part with less clearance than this (L) is looked at closely, at so many states in each interval
-# in which a place is sought.
+# A part with less clearance than CLOSE (L) is examined closely, at ZOOM states in each interval in
+# which a limit may lie.
 CLOSE, ZOOM = 0.1, 17
-# A shape that is inadmissible stays so for long, or until its tip is level: few states show it.
+# Number of states of a part that are examined first. Few suffice, because shapes stay inadmissible
+# over a long range of x0, or until the tip is level.
 STATES_LOOKED_AT = 17
 # Slope of a tip (rad) above which no rod arches over the surface.
 NEARLY_LEVEL = 0.01
-# Part of the nodes that gives the margins as well as these states do, and the fewest.
+# Share of the nodes on which the margins of stability are computed, and the fewest nodes.
 STABILITY_NODES, FEWEST_STABILITY_NODES = 0.45, 14
-# Parts of a part between whose ends the margin is taken as linear, to find where it vanishes.
+# Intervals, as fractions of a part, over which the margin is taken as linear to find its zero.
 BUCKLING_WIDTHS = (1e-4, 1e-7)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Finished(Batch):
-    """Resolved parts, or halves; the knots that begin the parts, and the limits of the shapes."""
+    """Resolved parts or halves of parts, with the first knot of the part and limits of shapes."""
 
     knot: IntArray
     pieces: Pieces
@@ -58,7 +59,7 @@ NOTHING = Finished(
 def finished(
     found: Resolved, branches: Branches, side: FloatArray, *, round_rods: bool, ideal: bool
 ) -> Finished:
-    """Add to resolved parts their stability and how far their shapes are admissible."""
+    """Add margins of stability and limits of admissible shapes to resolved parts."""
     parts = found.path.parts
     pieces = _pieces(found, branches, side, round_rods)
     limits = ShapeLimits.unknown(len(parts))
@@ -75,7 +76,7 @@ def finished(
             limits.reason[row] = how
     if round_rods and not ideal:
         limits.swings_aside[:] = _buckling(found.path, pieces)
-    # In the order of x0: Chebyshev points are so, too, from the other end.
+    # Reverse retracted parts, so that x0 increases; Chebyshev points are symmetric.
     back = np.flatnonzero(side[parts.branch] < 0.0)
     turned = pieces.take(back)
     backwards = turned.states.take((slice(None), slice(None, None, -1)))
@@ -109,9 +110,12 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
 
 
 def _level(phi1: FloatArray) -> FloatArray:
-    """Fractions of a part at which the tip is nearly level: just before, the rod may arch."""
+    """Fractions of a part at which φ1 is zero or extreme; the rod may arch just before.
+
+    Empty if the tip is far from level on the whole part.
+    """
     series = chebyshev_transform(len(phi1)) @ phi1
-    # No polynomial of Chebyshev exceeds 1.
+    # No Chebyshev polynomial exceeds 1.
     if np.abs(series[0]) - np.abs(series[1:]).sum() > NEARLY_LEVEL:
         return np.empty(0)
     extremes = chebyshev_roots(chebyshev_derivative(len(phi1)) @ series)
@@ -119,7 +123,7 @@ def _level(phi1: FloatArray) -> FloatArray:
 
 
 def _margins(path: PathStates, places: FloatArray, round_rods: bool) -> dict[str, FloatArray]:
-    """Margins of stability of parts at fractions of their length, from half as many states."""
+    """Margins of stability at fractions of parts, interpolated from half as many states."""
     count = (path.count + 1) // 2
     states = path.at(chebyshev_nodes(count)).states
     few = states.on_nodes(max(round(STABILITY_NODES * states.nodes), FEWEST_STABILITY_NODES))
@@ -132,7 +136,7 @@ def _margins(path: PathStates, places: FloatArray, round_rods: bool) -> dict[str
 
 
 def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
-    """Where rods buckle laterally, as values of the parameters; NaN if nowhere."""
+    """Parameter values at which rods buckle laterally; NaN if nowhere."""
     sampled, length = -pieces.samples.stability_aside, pieces.stop - pieces.start
     rows, none = np.arange(len(pieces)), np.zeros(len(pieces))
     at = pieces.first(rows, sampled, none, {"stability_aside": 1.0})
@@ -156,7 +160,7 @@ def _looked_at(found: Resolved, at: FloatArray) -> Clearance:
 
 
 def _limit(found: Resolved, at: FloatArray) -> tuple[float, str]:
-    """First fraction of one part at which its shape is inadmissible, and how; NaN if nowhere."""
+    """First fraction of one part at which the shape is inadmissible, and why; NaN if nowhere."""
 
     def look(at: FloatArray) -> Clearance:
         return _looked_at(found, at).each(np.ravel)
@@ -171,12 +175,12 @@ def _limit(found: Resolved, at: FloatArray) -> tuple[float, str]:
     if beyond == known:
         return np.nan, ""
     limit = _first_inadmissible(look, at[max(beyond - 1, 0)], at[beyond])
-    # What jumps, as a tail that begins to rise, may be known behind the limit alone.
+    # A clearance may jump where a tail begins to rise: then only states beyond show the reason.
     return limit, look(np.array([limit])).reasons(0) or looked.reasons(beyond)
 
 
 def _with_dips(at: FloatArray, looked: Clearance, beyond: int) -> FloatArray:
-    """Add places, before the one at `beyond`, between which a clearance may dip below zero."""
+    """Add places where a clearance may fall below zero, before the place with index `beyond`."""
     before, after = (
         np.maximum(np.arange(len(at)) - 1, 0),
         np.minimum(np.arange(len(at)) + 1, len(at) - 1),
@@ -188,22 +192,23 @@ def _with_dips(at: FloatArray, looked: Clearance, beyond: int) -> FloatArray:
         for k in np.flatnonzero(lowest[:beyond]):
             rise = max(values[before[k]], values[after[k]]) - values[k]
             low, high = at[before[k]], at[after[k]]
-            # Between two places a dip, be it a kink, falls by no more than it rises to the next one
-            # in the same distance; here distances differ. What is level up to rounding is no dip.
+            # Between equally spaced samples, even a kinked minimum is below the lowest sample by at
+            # most the rise to the next one. The factor 4 allows for unequal spacing, and the
+            # tolerance excludes minima that are rounding errors.
             if values[k] + TOLERANCE < 4.0 * rise and high - low > LIMIT_TOLERANCE:
                 places.append(np.linspace(low, high, ZOOM))
     return np.unique(np.concatenate(places))
 
 
 def _first_inadmissible(look: Callable[[FloatArray], Clearance], low: float, high: float) -> float:
-    """First fraction from `low` on at which a shape is inadmissible, as it is at `high`."""
+    """First fraction between `low` and `high` with an inadmissible shape, as there is at `high`."""
     from scipy.optimize import brentq  # a tenth of a second to load
 
     def excess(at: float) -> float:
-        # What is far from a limit has an infinite clearance.
+        # Large clearances are infinite.
         return float(np.minimum(look(np.array([at])).smallest, CLOSE)[0]) + TOLERANCE
 
     if low == high or excess(low) <= 0.0:
         return low
-    # Behind the limit, so that the shape tells how.
+    # Just beyond the limit, so that the shape there shows the reason.
     return min(float(brentq(excess, low, high, xtol=LIMIT_TOLERANCE)) + LIMIT_TOLERANCE, high)

@@ -1,6 +1,7 @@
-"""Continuation: paths of equilibria are followed from α = 0, by Keller's pseudo-arclength.
+"""Continuation of paths of equilibria from α = 0, by Keller's pseudo-arclength method.
 
-Where the contact changes its kind, φ1 = 0 and s_c = 1: the path has a kink, which is solved.
+Where the kind of contact changes, φ1 = 0 and s_c = 1. The path has a kink in this state, which is
+solved.
 """
 
 from collections.abc import Callable
@@ -19,18 +20,18 @@ from vibrissa.sticking.solving.branches import Branches, violation
 
 # First and shortest step.
 FIRST_STEP, SHORTEST_STEP = 0.05, 1e-6
-# Difference of guess and state (rad) that a step aims at, and that it must not pass.
+# Difference between guess and state (rad): target of the step control, and upper bound.
 AIM, TOO_FAR = 0.04, 0.2
-# Least cosine of the angle between the directions of two knots.
+# Smallest cosine of the angle between the directions of two successive knots.
 LEAST_COSINE = 0.5
-# Share of the displacement in a direction that is certain to turn back: a thin tip peels off the
-# surface, or rolls onto it, at nearly the same displacement.
+# A path turns back if the displacement falls faster than this along it. While a thin tip peels off
+# the surface or rolls onto it, the displacement is nearly constant.
 BACK = 1e-4
 # A path that needs more steps is given up.
 MOST_STEPS = 400
-# Accuracy of the states: they are guesses for what is solved exactly.
+# Accuracy of the states, which serve as guesses for exact solutions.
 TOLERANCE = 1e-5
-# Corrections of a state that is guessed well.
+# Most corrections of a state; a good guess needs no more.
 FEW_ITERATIONS = 8
 
 
@@ -41,7 +42,7 @@ class Closeness(NamedTuple):
     longest: float
 
 
-# More closely where that leads nowhere.
+# Tried in this order, until a path is found.
 CLOSENESS = (Closeness(24, 0.6), Closeness(48, 0.15), Closeness(108, 0.04))
 
 
@@ -54,9 +55,9 @@ class Knots(Batch):
     change : ndarray, shape (n, nodes + 3)
         Derivatives of the unknowns along the path.
     direction : ndarray, shape (n, 4)
-        Derivatives of the coordinates (`Branches.coordinates`); length 1.
+        Unit vectors: derivatives of the coordinates (`Branches.coordinates`) along the path.
     step : ndarray, shape (n,)
-        Step from the knot before; 0 where a path begins, and behind a kink.
+        Step from the knot before; 0 at the beginning of a path and after a kink.
     """
 
     branch: IntArray
@@ -67,29 +68,29 @@ class Knots(Batch):
 
 
 class Followed(NamedTuple):
-    """Paths of branches; where `turned`, the path ends in a kink at which x0 turns back."""
+    """Paths of branches; `turned` paths end in a kink at which x0 turns back."""
 
     knots: Knots
     turned: BoolArray
 
     @property
     def first(self) -> BoolArray:
-        """The knots at α = 0, shape (knots,)."""
+        """Whether each knot is at α = 0, the first of its path; shape (knots,)."""
         return np.append(True, np.diff(self.knots.branch) != 0)
 
     @property
     def last(self) -> BoolArray:
-        """The knots up to which paths were followed, shape (knots,)."""
+        """Whether each knot is the last of its path, shape (knots,)."""
         return np.append(np.diff(self.knots.branch) != 0, True)
 
     @property
     def kinks(self) -> BoolArray:
-        """The knots on both sides of kinks, shape (knots,)."""
+        """Whether each knot is on one of the two sides of a kink, shape (knots,)."""
         behind = (self.knots.step == 0.0) & ~self.first
         return behind | np.roll(behind, -1)
 
 
-# Maps branches, one for each knot, and their next knots to whether the paths end there.
+# Function of n branches and a new knot of each; returns whether their paths end in these knots.
 Ended = Callable[[Branches, Knots], BoolArray]
 
 
@@ -111,7 +112,7 @@ def follow(
     count = len(side)
     first = np.arange(count), states
     last = _knots(branches, *first, branches.prescribing({FX: 1.0}), np.zeros(count))
-    # Which way the displacement grows is not known before.
+    # Orient the paths, now that the sign of the displacement along them is known.
     direction = last.direction * (np.sign(last.direction[:, 0]) * side)[:, None]
     last = _knots(branches, *first, branches.along(direction, np.zeros(count)), np.zeros(count))
     before, step, known = last, np.full(count, FIRST_STEP), [last]
@@ -146,7 +147,7 @@ def follow(
 def _next(
     branches: Branches, last: Knots, before: Knots, step: FloatArray
 ) -> tuple[Knots, BoolArray, FloatArray]:
-    """Find the next knots; also which are found, and how far the guesses were from them (rad)."""
+    """Find the next knots; return them, whether each was found, and errors of guesses (rad)."""
     bend = np.divide(0.5 * step**2, last.step, out=np.zeros_like(step), where=last.step > 0.0)
     way = (step + bend)[:, None] * last.change - bend[:, None] * before.change
     guess = last.states.with_unknowns(last.states.unknowns + way)
@@ -170,7 +171,7 @@ def _knots(
     closing: ClosingCondition,
     step: FloatArray,
 ) -> Knots:
-    """Knots in given states: what E3 prescribes grows along the path."""
+    """Make knots of states, directed so that the quantity in E3 grows along the path."""
     found = tangent(states, closing)
     direction = branches.units * found.ends[:, :4]
     length = np.linalg.norm(direction, axis=1, keepdims=True)
@@ -184,7 +185,7 @@ def _knots(
 
 
 class _Kinks(NamedTuple):
-    """The next knots of paths: the last before a kink and the first after it, equal without one."""
+    """Next knots of paths: `here` before and `ahead` after a kink, equal if there is no kink."""
 
     here: Knots
     ahead: Knots
@@ -213,7 +214,7 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
         sides = replace(states, line=line), replace(states, line=~line)
         onward = some.along(old.direction, way)
         here.put(rows[found], _knots(some, old.branch, sides[0], onward, way))
-        # Behind it s_c falls from 1, or the slope of the tip rises from 0.
+        # After the kink s_c falls from 1, or the slope of the tip rises from 0.
         lies = line.astype(np.float64)
         growing = some.prescribing({PHI1: lies, S_C: lies - 1.0})
         ahead.put(rows[found], _knots(some, old.branch, sides[1], growing, 0.0 * way))
@@ -235,7 +236,7 @@ def hermite(
     low_change: FloatArray,
     high_change: FloatArray,
 ) -> FloatArray:
-    """Cubics from values and derivatives at two places, `step` apart, at the fraction `share`."""
+    """Interpolate by cubics between values and derivatives at two places, `step` apart."""
     t, step = share[..., None], step[..., None]
     s = 1.0 - t
     value = s * s * (1.0 + 2.0 * t) * low + t * t * (1.0 + 2.0 * s) * high

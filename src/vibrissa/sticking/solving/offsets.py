@@ -23,9 +23,9 @@ from vibrissa.sticking.solving.following import (
 )
 from vibrissa.sticking.solving.refinement import NOT_RESOLVED
 
-# A state with a smaller margin of stability stands at a limit point.
+# A state with a smaller margin of stability is at a limit point.
 FOLD_MARGIN = 1e-3
-# Parts of a step at which the displacement is compared with the wanted one.
+# Fractions of a step at which the offset is compared with the prescribed offset.
 PARTS = np.linspace(0.0, 1.0, 65)
 NOT_FOLLOWED = (
     "no state at this x1 was found on the branch from alpha = 0; the branch may end before this x1"
@@ -37,7 +37,7 @@ AT_FOLD = (
 
 
 class StateSolution(NamedTuple):
-    """One state that was sought (a batch of one), or why it was not found."""
+    """One state, as a batch of one; or None, with the reason in `message`."""
 
     state: RodStates | None
     residual: float
@@ -62,7 +62,7 @@ def solve_offset(
 
 
 def _reached(begun: Beginning, offset: float, model: Contact, longest: float) -> RodStates | None:
-    """Follow a branch to an offset: a guess of the state, or None where it ends before."""
+    """Guess the state at an offset by following a branch; None if the branch ends before."""
     side = -1.0 if begun.branches.x1_init[0] < offset else 1.0
 
     def ended(_: Branches, knots: Knots) -> BoolArray:

@@ -1,7 +1,7 @@
 """Refinement: smooth parts of paths are solved at Chebyshev points until they are resolved.
 
-Nodes along the rod and states along the part grow until both series and the residual between the
-states are below the tolerance.
+The numbers of nodes along the rod and of states along the part grow until the last coefficients of
+both series, and the residual between the states, are below their tolerances.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,13 +23,13 @@ from vibrissa.sticking.solving.cutting import (
     residual_tolerance,
 )
 
-# The first number of states tells how many are needed.
+# Numbers of states along a part. A solution with the first one shows which is needed.
 STATES_ALONG_PART = (17, 25, 33, 41, 49)
 NOT_RESOLVED = (
     f"residual or series decay above 1e-12 with {NODES_ALONG_ROD[-1]} nodes along the rod; "
     "try a larger eta or a theta closer to 1"
 )
-# How often a part is halved.
+# Most successive halvings of a part.
 HALVINGS = 6
 
 
@@ -98,8 +98,8 @@ class Resolved(Batch):
 
 
 def resolve(guess: PathStates) -> Iterator[Resolved]:
-    """Solve parts on more and more nodes; yields those, or their halves, that could be resolved."""
-    # The knots show how many nodes along the rod the states need.
+    """Solve parts on more and more nodes; yields the parts, or their halves, that are resolved."""
+    # The guesses show how many nodes along the rod the states need.
     needed = _needed(NODES_ALONG_ROD, guess.nodes, _rod_decay(guess), DECAY_TOLERANCE)
     tasks = [
         (guess.take(np.flatnonzero(needed == nodes)).on_nodes(int(nodes)), HALVINGS)
@@ -150,7 +150,10 @@ def _halves(path: PathStates) -> Iterator[PathStates]:
 
 
 def _needed(ladder: Sequence[float], number: int, decay: FloatArray, target: float) -> FloatArray:
-    """Lowest number on a ladder at which series with that decay reach a target, or its last."""
+    """Predict from series with `number` terms which number of terms reaches a decay `target`.
+
+    It is taken from `ladder`; the last number there stands for all larger ones.
+    """
     with np.errstate(divide="ignore"):
         needed = number * np.log(target) / np.log(np.minimum(decay, 0.5))
     return np.array(ladder)[np.searchsorted(ladder, np.minimum(needed, ladder[-1]))]

@@ -23,17 +23,18 @@ from vibrissa.sticking.curve import StickingCurve, failed_curve
 from vibrissa.sticking.piece import STATES, Pieces, StickingState
 
 METHOD = Solver.SHOOTING
-# A curve is interpolated between steps of at most this many x1_init; a coarser Δx0 is divided
+# Largest step between states that are interpolated, in units of x1_init; a larger Δx0 is divided
 # evenly.
 LARGEST_STEP = 0.01
-# Heights through which the first state is approached from near the buckling load.
+# Number of heights, and the first of them, through which the α = 0 state is approached, beginning
+# near the buckling load.
 CONTINUATION_STEPS, CONTINUATION_START = 12, 0.98
-# States behind the maximum of −tan α that the walk adds, to make its interpolation two-sided.
+# Number of states past the maximum of −tan α, so that it lies inside the interpolation.
 STEPS_BEYOND_LOCK = 4
-# The walk ends here at the latest, in units of x1_init.
+# Largest displacement of the walk, in units of x1_init.
 WALK_LIMIT = 1.5
 NO_END = "shooting ends at the lock; use method: collocation to follow the motion past it"
-# Points of a shape at which it is looked at.
+# Number of points at which a shape is examined.
 NODES = 48
 # Order of the spline through states on the step grid.
 SPLINE_DEGREE = 5
@@ -48,7 +49,7 @@ class Tolerances:
     rtol, atol : float
         Step control of the Runge–Kutta pair.
     simplex : float
-        Size and spread of values at which the simplex search ends.
+        Size of the simplex, and spread of the values on it, at which the search ends.
     miss : float
         Distance between tip and contact point (L) above which a search has failed.
     restarts : int
@@ -63,7 +64,7 @@ class Tolerances:
 
 
 PRECISE = Tolerances()
-# MATLAB's defaults, as the paper has them. A miss well above the search's own tolerance tells a
+# MATLAB's defaults, as used in the paper. A miss well above the tolerance of the search means a
 # false minimum.
 PAPER = Tolerances(rtol=1e-3, atol=1e-6, simplex=1e-4, miss=2e-4)
 
@@ -120,8 +121,7 @@ def _search(
         best = result.x
         if result.fun <= tolerances.miss:
             break
-        # A collapsed simplex cannot leave the point it sits on: open a new one, turned round and
-        # scaled to what is missing.
+        # A collapsed simplex cannot leave its point: open a reversed one, of the size of the miss.
         size = -np.sign(size) * np.maximum(np.abs(size), 10.0 * result.fun)
     f, inclination, contact = state(best)
     _, _, phi1 = shoot(theta, f, inclination, contact, y1, tolerances)
@@ -169,7 +169,7 @@ def walk(
         Stop at the first state that needs more friction than this, as the paper does. Without
         it, or where the tip locks, the walk goes on past the maximum of −tan α.
     start : ShotState, optional
-        The α = 0 state, where the caller has it already.
+        The α = 0 state, if it is already known.
 
     Returns
     -------
@@ -201,7 +201,7 @@ def solve_curve(
     tolerances: Tolerances = PRECISE,
     section: RodSection = RodSection.ROUND,
 ) -> StickingCurve:
-    """Sticking curve by the paper's procedure, followed until past locking.
+    """Solve a sticking curve by the paper's procedure, up to a few steps past the lock.
 
     Returns
     -------
@@ -250,7 +250,7 @@ def _stepped(states: list[ShotState], step: float, eta: float) -> StickingState:
 
 
 def _smooth_piece(known: StickingState) -> Pieces:
-    """Put a spline through states on the step grid; the piece has states at Chebyshev points."""
+    """Make a piece, with states at Chebyshev points, from a spline through states of a walk."""
     stop, degree = known.x0[-1:], min(SPLINE_DEGREE, len(known) - 1)
     columns = np.stack([*known.columns.values()], axis=-1)
     spline = make_interp_spline(known.x0, np.nan_to_num(columns), k=degree)
@@ -266,7 +266,7 @@ def _smooth_piece(known: StickingState) -> Pieces:
 
 
 def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> ShapeLimits:
-    """Limit at the first step with an inadmissible shape; or NaN."""
+    """Displacement of the first state with an inadmissible shape, as a limit; NaN if none."""
     rule = gauss_rule(NODES)
     s = rule.from_start @ arc_density(rule.nodes, theta)
     rows = zip(states.f, states.alpha, x1_init - states.x0, strict=True)
