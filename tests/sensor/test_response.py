@@ -62,27 +62,9 @@ def test_the_work_of_the_clamp_bends_the_rod():
     assert work == pytest.approx(bent.energy - bent.energy[0], abs=1e-5)
 
 
-@pytest.mark.parametrize("mu0", [0.05, 0.2, 0.4])
-def test_limits_are_where_friction_is_used_up(response, mu0):
-    high, locks = response.push_limit(mu0)
-    low = response.pull_limit(mu0)
-    assert not locks
-    assert high == float(response.curve.onset(mu0))
-    assert response.curve.mobilised_friction(high) == pytest.approx(mu0, rel=1e-12)
-    assert response.demand([low, high]) == pytest.approx([-mu0, mu0], abs=1e-9)
-
-
-def test_lock_is_said_with_the_end_of_the_motion(response):
-    mu0 = response.curve.mu_lock * 1.01
-    high, locks = response.push_limit(mu0)
-    assert locks
-    assert high == response.curve.motion_end(mu0)[1].x0[0]
-
-
-def test_without_pulling_there_is_no_lower_limit():
+def test_without_retraction_a_response_begins_where_no_friction_is_needed():
     response = tabulated(replace(solve_curve(2.0, 0.85), retraction=NO_PIECES))
     assert response.x0_pull == 0.0
-    assert response.pull_limit(0.3) == -np.inf
 
 
 def test_unsolved_curve_is_refused_with_its_message():

@@ -5,6 +5,7 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from responses import respond
 from vibrissa import Mounting, stick_slip
@@ -68,7 +69,8 @@ def slip_of(response, mu0, law, ratio):
 
 @pytest.mark.parametrize("mu0", [0.1, 0.4])
 def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
-    onset, pulled = float(response.curve.onset(mu0)), response.pull_limit(mu0)
+    onset = float(response.curve.onset(mu0))
+    pulled = brentq(lambda x0: response(x0) @ [1.0, mu0, 0.0], response.x0_pull, 0.0, xtol=1e-14)
     for start, end in ((onset + 0.01, onset), (1.2 * pulled, pulled)):
         assert slip_of(response, mu0, SlipLaw.KINETIC, 1.0).end(start) == pytest.approx(
             end, abs=1e-9

@@ -121,24 +121,6 @@ class Response(States):
         """Differentiate fx, fy and m `order` times with respect to x0, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0, order))
 
-    def push_limit(self, mu0: float) -> tuple[float, bool]:
-        """Largest x0 up to which a pushed tip sticks (L), and whether it is past the lock."""
-        if mu0 > self.curve.mu_lock:
-            _, state = self.curve.motion_end(mu0)
-            end = float(state.x0[0])
-            # If the motion was not followed past the lock, nothing is known beyond the lock.
-            return (end if np.isfinite(end) else self.curve.x0_lock), True
-        return float(self.curve.onset(mu0)), False
-
-    def pull_limit(self, mu0: float) -> float:
-        """Least x0 down to which a pulled tip sticks (L); −infinity without retraction."""
-        if self.x0_pull == 0.0:
-            return -np.inf
-        x, c = self.reactions.x, self.reactions.c
-        number = int(np.searchsorted(x, 0.0))
-        excess = PPoly(c[:, :number, 0] + mu0 * c[:, :number, 1], x[: number + 1])
-        return float(max(self.x0_pull, *excess.roots(extrapolate=False)))
-
 
 def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Response]:
     """Solve and tabulate the responses of several whiskers, of any θ, η and mounting.

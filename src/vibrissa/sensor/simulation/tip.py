@@ -18,7 +18,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.roots import first_fall
 from vibrissa.numerics.steps import passes
-from vibrissa.sensor.response.branch import Response, States
+from vibrissa.sensor.response.branch import States
 from vibrissa.sensor.response.heights import Stage
 from vibrissa.sensor.surfaces import Surface
 
@@ -29,8 +29,8 @@ FORWARD, BACKWARD, END, PULL = range(4)
 LOOKS = 257
 # Number of steps that are searched together for the end of a period.
 BLOCK = 4096
-# Relative excess of |tan α| over μ0 at which a tip still sticks, for rounding.
-FULL = 1e-9
+# Relative excess of |tan α| over μ0 at which a tip still sticks: the error of tabulated reactions.
+FULL = 1e-8
 # Largest number of slides in a slip: a tip that stops where it cannot stick slides back, less far.
 REVERSALS = 100
 # Parts of the longest possible slide, within which its end is sought, one part after the other.
@@ -177,8 +177,8 @@ class Tip:
         """
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
-        forward, backward = fx - self.mu0 * fy, -fx - self.mu0 * fy
-        return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
+        holds = -self.mu0 * (1.0 + FULL) * fy
+        return np.array([holds + fx, holds - fx, states.x0_end - x0, x0 - states.x0_pull])
 
     def exit(self, clamp: float) -> tuple[int, bool]:
         """Return the margin that ends sticking at a clamp position; whether it is past the lock."""
@@ -209,7 +209,9 @@ class Tip:
             Clamp position at which sticking ends (L); NaN if it does not end.
         """
         rest = positions[self.begin :]
-        low, high = self._interval(clamp, float(rest.min()), float(rest.max()))
+        # The tip sticks between these clamp positions; an end beyond the path is infinite.
+        low = self._limit(clamp, min(clamp, float(rest.min())), -1.0)
+        high = self._limit(clamp, max(clamp, float(rest.max())), 1.0)
         # A tip sticks in the step of its slip; after lateral buckling it may slip at once.
         for first in range(self.begin + int(self.slipped), len(positions), BLOCK):
             some = positions[first : first + BLOCK]
@@ -218,22 +220,6 @@ class Tip:
                 step = first + int(out[0])
                 return step, high if positions[step] > high else low
         return len(positions), np.nan
-
-    def _interval(self, begin: float, least: float, most: float) -> tuple[float, float]:
-        """Find the interval of clamp positions around `begin` in which the tip sticks (L).
-
-        The ends are sought from `least` to `most`; an end that is not found there is infinite.
-        """
-        response = self.stage.rod
-        if isinstance(response, Response):
-            # The onset has the accuracy of the equilibrium path: a step that ends on it sticks.
-            x0 = np.array([response.pull_limit(self.mu0), response.push_limit(self.mu0)[0]])
-            low, high = np.sort(self.contact + self.side * (x0 - response.x1_init)).tolist()
-            return low, high
-        return (
-            self._limit(begin, min(begin, least), -1.0),
-            self._limit(begin, max(begin, most), 1.0),
-        )
 
     def _limit(self, begin: float, end: float, way: float) -> float:
         """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
