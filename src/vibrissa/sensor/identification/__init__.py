@@ -1,1 +1,1 @@
-"""From a recording to the friction of each period of sticking, and how well it is known."""
+"""Identification of the friction of each period of sticking from a recording."""

@@ -9,19 +9,24 @@ from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.identification.slips import Spans
 
-# So many blocks in all, and the fewest and the most of one period.
+# Number of blocks in all, if possible; least and largest number of blocks in one period.
 IN_ALL, FEWEST, MOST = 20000, 8, 64
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Blocks(Batch):
-    """Means of consecutive samples, in the order of p periods, each field of n rows.
+    """Means of n blocks of consecutive samples, in the order of p periods.
 
     Attributes
     ----------
-    clamp, row : ndarray
-        Clamp positions (L), and rows of the recording.
+    period : ndarray of int, shape (n,)
+        Number of the period of each block.
+    clamp, row : ndarray, shape (n,)
+        Mean clamp position (L), and mean row number in the recording.
     readings : ndarray, shape (n, 3)
+        Mean readings.
+    count : ndarray of int, shape (n,)
+        Number of samples in each block.
     """
 
     period: IntArray
@@ -32,7 +37,7 @@ class Blocks(Batch):
 
     @property
     def starts(self) -> IntArray:
-        """First block of each period."""
+        """Number of the first block of each period, shape (p,)."""
         return np.flatnonzero(np.diff(self.period, prepend=-1))
 
     def sums(self, values: FloatArray) -> FloatArray:
@@ -41,7 +46,7 @@ class Blocks(Batch):
 
 
 def condensed(recording: Recording, spans: Spans) -> Blocks:
-    """Condense the periods of a recording."""
+    """Average consecutive samples of each period of a recording to blocks."""
     rows, period = spans.rows
     limit = int(np.clip(IN_ALL // len(spans), FEWEST, MOST))
     number = np.minimum(spans.counts, limit)

@@ -1,27 +1,27 @@
-"""The ends of a recording that are no scan: the clamp rests, or nothing touches the surface."""
+"""The rows before and after a scan: the clamp rests, or the rod does not touch the surface."""
 
 import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 
-# A clamp rests that moves, over so many samples, by less than this part of what it usually does.
+# The clamp rests if it travels less over WINDOW samples than the part SLOW of its usual travel.
 WINDOW, SLOW = 10, 0.2
-# Part of the ways over a window that are slower than the usual one: a recording may rest long.
+# Quantile of travels and of loads that is called usual: the clamp may rest in most samples.
 USUAL = 0.9
-# This part of the load of a usual sample is none: only lift-off takes so much off all channels.
+# Part of the usual load that counts as no load: only lift-off lowers all channels so far.
 NO_LOAD = 0.05
-# Fewer samples than these are no rest and no lift-off.
+# Least number of samples of a rest, and of a lift-off.
 FEWEST = WINDOW
 
 
 def moving(clamp: FloatArray) -> slice:
-    """Find the part of a recording between the rests of the clamp at its two ends."""
+    """Find the rows between the rests of the clamp at the beginning and at the end."""
     begin = _rest(clamp)
     return slice(begin, len(clamp) - _rest(clamp[begin:][::-1]))
 
 
 def _rest(clamp: FloatArray) -> int:
-    """Count the samples at the beginning in which the clamp rests, less one."""
+    """Find the last row of the clamp's rest at the beginning; 0 without a rest."""
     if len(clamp) <= 2 * WINDOW:
         return 0
     ways = np.abs(clamp[WINDOW:] - clamp[:-WINDOW])
@@ -31,14 +31,14 @@ def _rest(clamp: FloatArray) -> int:
     rest = int(np.argmax(moves))
     level = np.median(clamp[: rest + 1])
     jitter = np.abs(clamp[: rest + 1] - level).max()
-    # The last window that is slow may reach into the motion, and the next one begins before it.
+    # The motion begins in the first fast window, where the clamp leaves the scatter of its rest.
     gone = np.flatnonzero(np.abs(clamp[rest:] - level) > jitter)
     begin = rest + (int(gone[0]) if len(gone) else 0) - 1
     return begin if begin >= FEWEST else 0
 
 
 def touching(loads: FloatArray) -> slice:
-    """Find the part of a recording between the ends at which no load acts."""
+    """Find the rows between the unloaded rows at the beginning and at the end."""
     if not len(loads):
         return slice(0, 0)
     size = np.abs(loads)

@@ -1,4 +1,4 @@
-"""Parameters of the forward model: deviations from the given set-up, 0 as given."""
+"""Parameters of the forward model: deviations from the given set-up, where all of them are 0."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -10,11 +10,11 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.tolerances import TOLERABLE
 from vibrissa.sensor.transducer import CHANNELS
 
-# Those that need another rod solved.
+# Parameters whose change needs another rod solved.
 OF_ROD = ("theta", "clamp_angle", "clamp_compliance", "curvature")
 CREEP, SLOPE = "creep", "surface_slope"
-# What changes the ratio of the forces that are read. A surface that is inclined against the
-# transducer is a transducer that is turned.
+# Quantities that change the measured ratio of the forces. An inclination of the surface against the
+# transducer has the same effect as a turn of the transducer.
 BEARING = (
     "zero_force_x",
     "zero_force_y",
@@ -23,12 +23,12 @@ BEARING = (
     "transducer_angle",
     "crosstalk",
 )
-# Channels without which a parameter changes nothing that was recorded.
+# Numbers of the channels without which a parameter has no effect on the recording.
 NEEDS = {"moment_origin_x": 2, "moment_origin_y": 2}
-# Waves of a drift. What is left out has a deviation of 0.11 of that of the line.
+# Number of half waves of a drift. All further half waves have 0.11 of the line's deviation.
 WAVES = 8
-# By which part of the loads each channel is larger per unit of a parameter, shape (3, 3): E, d0⁴,
-# axes that are turned from x to y, and the moment about a point (a, b), a·fy − b·fx less.
+# Matrices that, times the loads, are the change of the readings per unit of a parameter: E, d0⁴,
+# axes turned from x to y, and the moment about a point (a, b), which is smaller by a·fy − b·fx.
 MIXING = {
     "modulus": np.eye(3),
     "diameter": 4.0 * np.eye(3),
@@ -36,8 +36,8 @@ MIXING = {
     "moment_origin_x": np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]]),
     "moment_origin_y": np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
 }
-# Change of the readings per unit of a parameter, shape (..., 3): for loads of that shape, the part
-# of the recording before them, shape (..., 1), and the number of its last row.
+# Change of the readings per unit of a parameter, shape (..., 3), as a function of the loads, shape
+# (..., 3), the part of the recording before them, shape (..., 1), and the number of its last row.
 Effect = Callable[[FloatArray, FloatArray, int], FloatArray]
 
 
@@ -52,9 +52,9 @@ class Parameter:
     deviation : float
         Standard deviation of its prior, in units of the rod, rad, or relative; 0 if exact.
     effect : callable, optional
-        Change of the readings at the same loads; None if the loads change.
+        Change of the readings at the same loads; None if the parameter changes the loads.
     wave : int
-        Number of half waves of a drift; 0 for all else.
+        Number of half waves of a drift over the recording; 0 for other parameters.
     """
 
     name: str
@@ -68,12 +68,12 @@ class Parameter:
 def parameters_of(
     sizes: Mapping[str, float], stated: frozenset[str], full_scale: FloatArray
 ) -> tuple[Parameter, ...]:
-    """Make the parameters of all tolerances, exact quantities included.
+    """Make the parameters of all quantities that have a tolerance, exact quantities included.
 
     Parameters
     ----------
     full_scale : ndarray, shape (3,)
-        Full scale of the channels, for crosstalk; NaN for one that was not recorded.
+        Full scale of the channels, for crosstalk; NaN for a channel that was not recorded.
     """
     there = np.isfinite(full_scale)
     each = (
@@ -86,7 +86,7 @@ def parameters_of(
 
 
 def _parts(one: Parameter, full_scale: FloatArray) -> Iterator[Parameter]:
-    """Parts of a parameter with their effects: crosstalk has six, a drift is Brownian."""
+    """Split a parameter: crosstalk into six, a (Brownian) drift into a line and half waves."""
     channel = TOLERABLE[one.of].channel
     if one.of == "crosstalk":
         for to, source in permutations(range(3), 2):

@@ -31,7 +31,7 @@ class Slope:
     length: float = np.inf
 
     def errors(self, mu0: FloatArray) -> FloatArray:
-        """Give the standard deviation of each friction, shape (p,).
+        """Return the standard deviation of each friction due to the slope, shape (p,).
 
         A surface that is inclined by δ where the tip slips turns the normal there: the ratio of
         the forces is tan(arctan μ0 + δ), so that μ0 has the error (1 + μ0²)·δ.
@@ -39,7 +39,7 @@ class Slope:
         return np.asarray((1.0 + np.nan_to_num(mu0) ** 2) * self.deviation)
 
     def variance_of_mean(self, weights: FloatArray, mu0: FloatArray, place: FloatArray) -> float:
-        """Variance of a weighted mean of frictions at places."""
+        """Variance due to the slope of a weighted mean of frictions at places (L)."""
         part, total = weights * self.errors(mu0), 0.0
         for start in range(0, len(part), BLOCK):
             here = slice(start, start + BLOCK)
@@ -50,15 +50,14 @@ class Slope:
     def heights(self, place: FloatArray) -> FloatArray:
         """Covariance of the heights of the surface at places, shape (p, p).
 
-        The height is known at one place; at the first place it differs from this as much as from
-        the height at the last place.
+        The height at the first place has the variance of the rise over the whole distance.
         """
         at, whole = self.rise(place - place[0]), self.rise(np.ptp(place))
         apart = self.rise(place[:, None] - place)
         return np.asarray(0.5 * (at[:, None] + at - apart) + whole)
 
     def rise(self, way: ArrayLike) -> FloatArray:
-        """Variance of the rise over a way d: 2·∫ (d − s)·σ²·exp(−s²/(2ℓ²)) ds from 0 to d."""
+        """Variance of the rise over a distance d: 2·∫ (d − s)·σ²·exp(−s²/(2ℓ²)) ds from 0 to d."""
         part = np.abs(way) / self.length
         size = np.sqrt(np.pi / 2.0) * part * erf(part / np.sqrt(2.0)) + np.expm1(-0.5 * part**2)
         return np.asarray(2.0 * (self.deviation * self.length) ** 2 * size)

@@ -1,7 +1,8 @@
 """Uncertainty of the friction of one period: by step, noise and errors of the set-up.
 
-The onset is uniform within the step, all else is normal. So the error is the sum of a uniform one,
-up to ±a, and a normal one with the deviation s. It is below h with the probability
+The onset is uniformly distributed over the step; all other errors are normal. The whole error is
+the sum of a uniform error up to ±a and a normal error with the standard deviation s. It is below h
+with the probability
 
     F(h) = (s/2a)·[G((h + a)/s) − G((h − a)/s)],   G(z) = z·Φ(z) + φ(z).
 """
@@ -11,17 +12,17 @@ from scipy.special import ndtr, ndtri
 
 from vibrissa.numerics.arrays import FloatArray
 
-# Part of a distribution that its interval holds, and half the width of that of a normal one.
+# Probability of an interval, and its half width for a normal error with standard deviation 1.
 COVERAGE = 0.95
 HALF_WIDTH = float(ndtri(0.5 * (1.0 + COVERAGE)))
-# Bisections of the half width of an interval, which make it 10^-9 of what it may be.
+# Number of bisections of a half width, which leave 10^-9 of its upper bound.
 BISECTIONS = 30
-# Part of a normal deviation from which on a uniform error counts.
+# Least ratio of a uniform error to a normal error, and of a normal to a uniform one, that counts.
 LITTLE = 1e-6
 
 
 def half_width(half: FloatArray, normal: FloatArray) -> FloatArray:
-    """Half the width of the central 95 % of the sum of a uniform error (±half) and a normal one."""
+    """Half width of the 95 % interval of the sum of a uniform error (±half) and a normal error."""
     low, high = np.zeros_like(half), half + HALF_WIDTH * normal
     sure = np.maximum(normal, LITTLE * half)
     for _ in range(BISECTIONS):
@@ -32,7 +33,7 @@ def half_width(half: FloatArray, normal: FloatArray) -> FloatArray:
 
 
 def _inside(width: FloatArray, half: FloatArray, normal: FloatArray) -> FloatArray:
-    """Probability of an error up to ±width: see above."""
+    """Probability 2·F(width) − 1 of an error up to ±width, with F of this module."""
     with np.errstate(divide="ignore", invalid="ignore"):
         upper, lower = (width + half) / normal, (width - half) / normal
         return np.asarray((_integral(upper) - _integral(lower)) * normal / half - 1.0)
@@ -44,7 +45,7 @@ def _integral(z: FloatArray) -> FloatArray:
 
 
 def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
-    """Give the standard deviation of μ0 due to the step of the stage: the onset is uniform in it.
+    """Return the standard deviation of μ0 for an onset that is uniformly distributed over a step.
 
     Parameters
     ----------
@@ -57,13 +58,23 @@ def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
 
 
 def common_deviation(effects: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Propagate errors with a covariance, shape (k, k), to the standard deviation of values."""
+    """Propagate the covariance of k errors to the standard deviations of n values.
+
+    Parameters
+    ----------
+    effects : ndarray, shape (n, k)
+        Change of each value per unit of each error.
+    covariance : ndarray, shape (k, k)
+    """
     squares = np.einsum("ni,ij,nj->n", effects, covariance, effects)
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 
 
 def variance_between(values: FloatArray, variance: FloatArray) -> tuple[float, float]:
-    """Variance of values beyond that of their errors, by moments (DerSimonian and Laird, 1986)."""
+    """Estimate the variance of values beyond that of their errors, and its standard error.
+
+    The estimate is by moments (DerSimonian and Laird, 1986).
+    """
     weight, degrees = 1.0 / variance, len(values) - 1
     mean = (weight * values).sum() / weight.sum()
     excess = (weight * (values - mean) ** 2).sum() - degrees
