@@ -13,12 +13,12 @@ _NAME = re.compile(r"^(?:async )?(?:const|let|class|function\*?) (\w+)", re.MULT
 
 
 def bundle(*entries: str) -> str:
-    """Put modules and all that they import into one script, without imports, exports and comments.
+    """Join modules and their imports into one script, without imports, exports and comments.
 
     Raises
     ------
     ValueError
-        If two modules have a name in common.
+        If two modules define the same name.
     """
     imports: dict[Path, list[Path]] = {}
     waiting = [FOLDER / entry for entry in entries]

@@ -1,4 +1,4 @@
-"""The explorer as a page of its own, and as a part of other pages."""
+"""The explorer as a separate page, and as a part of other pages."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -13,7 +13,7 @@ from vibrissa.explorer.modules import bundle
 FOLDER = Path(__file__).parent
 
 
-# The range of each field of the page, as view/settings.js has it.
+# The range of each field of the page, as in view/settings.js.
 RANGES = {
     "theta": (1.0, 20.0),
     "eta": (0.3, 0.99),
@@ -46,9 +46,9 @@ class Preset:
     Attributes
     ----------
     settings : mapping
-        Values of the page's fields by key (`view/settings.js`); other fields keep theirs.
+        Values of the page's fields by key (`view/settings.js`); other fields keep their values.
     clamp : float
-        Where the clamp is moved (L).
+        Position to which the clamp moves (L).
     play : bool
         Whether the clamp then moves on by itself.
     """
@@ -62,12 +62,12 @@ class Preset:
 
 
 _KNOWN = yaml.safe_load((FOLDER / "presets.yaml").read_text(encoding="utf-8"))
-# A rod that is mounted as in the paper.
+# Settings of the mounting for a rod that is mounted as in the paper.
 IDEAL: Mapping[str, float] = _KNOWN["ideal"]
 
 
 def _presets(kind: str) -> tuple[Preset, ...]:
-    """Presets of the file, completed by the paper's settings."""
+    """Presets of one kind from the file; the paper's settings complete each preset."""
     rows = [row | {"settings": _KNOWN["common"] | IDEAL | row["settings"]} for row in _KNOWN[kind]]
     return tuple(Preset(**row) for row in rows)
 
@@ -84,23 +84,23 @@ def fits(settings: Mapping[str, float | str]) -> bool:
 
 
 def fragment(presets: Sequence[Preset]) -> Markup:
-    """Write the explorer as a part of a page, which also needs `style` and `program`."""
+    """Render the explorer as a part of a page; the page also needs `style` and `program`."""
     rows = [asdict(preset) for preset in presets]
     return Markup(environment(FOLDER).get_template("explorer.html").render(presets=rows))
 
 
 def style() -> Markup:
-    """Style sheet of the explorer; it touches nothing else of a page."""
+    """Style sheet of the explorer; it affects no other part of a page."""
     return Markup((FOLDER / "explorer.css").read_text(encoding="utf-8"))
 
 
 def program() -> Markup:
-    """Program of the explorer, in a scope of its own."""
+    """JavaScript of the explorer, in a scope of its own."""
     return Markup(f'(() => {{\n"use strict";\n{bundle("view/explorer.js")}}})();')
 
 
 def page(home: str = "") -> str:
-    """Write the explorer as a page of its own, with links to the site at `home`, if given."""
+    """Render the explorer as a separate page, with links to the site at `home`, if given."""
     return (
         environment(FOLDER)
         .get_template("page.html")
@@ -109,7 +109,7 @@ def page(home: str = "") -> str:
 
 
 def environment(folder: Path) -> jinja2.Environment:
-    """Return the environment of the templates in a folder."""
+    """Return a Jinja environment for the templates in a folder."""
     made = jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder),
         autoescape=True,

@@ -1,4 +1,4 @@
-// What solver and page exchange. Lengths are in units of L, forces of E·I0/L², moments of E·I0/L, angles in rad.
+// Types of solver and page. Lengths are in units of L, forces of E·I0/L², moments of E·I0/L; angles are in rad.
 
 /* The rod and one state of it: solver/rod. */
 
@@ -10,16 +10,16 @@ type Rod = import("./solver/rod/rod.js").Rod;
 /** How a rod is mounted: docs/mounting.md. */
 interface Mounting {
   angle: number; // inclination β of the clamp, positive where the rod leans back
-  compliance: number; // turn c of the clamp per moment, in L/(E·I0)
+  compliance: number; // rotational compliance c of the clamp, in L/(E·I0)
   curvature: number[]; // coefficients of the powers of s in κ0·L
-  stage: number; // angle δ of the clamp's way to the surface
+  stage: number; // angle δ of the clamp's path to the surface
 }
 
 /** A solved state. */
 interface State {
   unknowns: Float64Array; // slopes at the nodes, then fx, fy and s_c
   contact: Contact;
-  offset: number; // position of the tip along the surface, seen from the clamp
+  offset: number; // position of the tip along the surface, relative to the clamp
   height: number; // of the contact point over the clamp
   fx: number;
   fy: number;
@@ -31,20 +31,20 @@ interface State {
 /** A deformed rod, point by point, with its clamp at the origin. */
 type Shape = Record<"s" | "x" | "y" | "phi", Float64Array>;
 
-/** What a state is made of at the nodes; two of its parts have one entry more, at the contact point. */
+/** Quantities of a state at the nodes; `natural` and `turned` have one more entry, at the contact point. */
 interface NodeValues {
   kernel: Float64Array;
-  natural: Float64Array; // slope of the unloaded rod, and at the contact point
+  natural: Float64Array; // slope of the unloaded rod
   arc: Float64Array; // ds/dτ
   sin: Float64Array;
   cos: Float64Array;
   gradient: Float64Array; // dm/dτ
-  turned: Float64Array; // slope that the moment takes from the rod, and at the contact point
+  turned: Float64Array; // decrease of the slope by the bending moment
   height: number;
   reach: number;
 }
 
-/** Factors of the condition (E3), which is linear, and its value; what is not named has no part in it. */
+/** The linear condition (E3): factors of its quantities, 0 by default, and its value. */
 interface Condition {
   offset?: number;
   fx?: number;
@@ -60,7 +60,7 @@ interface Surface {
   tilt: number;
 }
 
-/** What closes the equations of a state. */
+/** Conditions that close the equations of a state. */
 interface Closure {
   surface: Surface;
   contact: Contact;
@@ -75,7 +75,7 @@ interface Factors {
   sign: number; // of that order
 }
 
-/** Nodes and weights with what integrates a polynomial through the nodes. */
+/** Nodes and weights, with matrices that integrate the polynomial through values at the nodes. */
 interface Rule {
   count: number;
   nodes: Float64Array;
@@ -98,7 +98,7 @@ interface Given {
   mounting?: Mounting;
 }
 
-/** The state in which a period begins, and that of the ideal mounting, in whose units steps count. */
+/** The state in which a period begins, and the one in the ideal mounting, which gives the units of steps. */
 interface Beginning {
   state: State;
   ideal: State;
@@ -110,7 +110,7 @@ interface Partly {
   share: number;
 }
 
-/** What a path belongs to. */
+/** The rod, contact and surface to which a path belongs. */
 interface Branch {
   rod: Rod;
   eta: number;
@@ -126,16 +126,16 @@ interface Branch {
 interface Knot {
   state: State;
   change: Float64Array; // derivative of the unknowns along the path
-  offsetChange: number; // the same of the offset
-  direction: number[]; // the same of offset, fx, fy and s_c, in their units; of length 1
-  step: number; // length along the direction of the knot before; 0 in a kink
-  exact: boolean; // whether its state is a landmark, solved as accurately as numbers allow
+  offsetChange: number; // derivative of the offset along the path
+  direction: number[]; // unit vector of the derivatives of offset, fx, fy and s_c, in their units
+  step: number; // length along the direction of the knot before; 0 after a kink
+  exact: boolean; // whether its state is a landmark, solved to rounding error
   factors: Factors; // of the Jacobian, for states nearby
 }
 
 type End = "swings" | "snaps" | "lifts" | "inadmissible" | "steep" | "lost";
 
-/** How an arm ends, where, and what to say of it. */
+/** How, where and why an arm ends. */
 interface Ending {
   end: End;
   knot: Knot | null;
@@ -157,13 +157,13 @@ interface Path {
   lock: Knot | null; // the critical state; null where −tan α has no maximum
   muLock: number; // infinite where the tip lifts off; NaN where the path ends before
   x0End: number; // displacement at the end of the pushed arm
-  x0Pulled: number; // the same of the pulled arm, negative
+  x0Pulled: number; // displacement at the end of the pulled arm, negative
 }
 
 /** A path as a table, dense enough to be drawn. */
 type Curve = Record<"x0" | "fx" | "fy" | "m" | "energy" | "demand", number[]>;
 
-/** What divides the map of regimes at one taper. */
+/** Limits between the regimes at one taper. */
 interface Division {
   theta: number;
   lock: number; // μ_lock; NaN where it is not known
@@ -184,7 +184,7 @@ interface Friction {
 /** Why sticking ends at a displacement. */
 type Limit = "slips" | "swings" | "slips back" | "snaps" | "lifts" | "inadmissible" | "unknown";
 
-/** What the path and the friction say of sticking, all in displacements x0. */
+/** Displacements x0 at which sticking ends on a path with given friction. */
 interface Sticking {
   path: Path;
   friction: Friction;
@@ -203,16 +203,16 @@ interface Place {
   side: number; // 1 where the tip is ahead of the clamp, -1 where the rod trails behind it
 }
 
-/** What happens on the way of the clamp. */
+/** An event while the clamp moves. */
 interface Incident {
   what: Limit | "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks";
   clamp: number;
   x0: number;
-  rest: number; // displacement afterwards
-  side: number; // on which the tip is then
+  rest: number; // displacement after the event
+  side: number; // side of the tip after the event, as in Place
 }
 
-/** Where a move leads, and what happens on the way. */
+/** The place to which a move leads, and the events on the way. */
 interface Move {
   place: Place;
   events: Incident[];
@@ -247,7 +247,7 @@ type Line = Record<"x" | "y", Float64Array>;
 type NumberKey = "theta" | "eta" | "mu0" | "dx0" | "ratio" | "modulus" | "diameter" | "length" | MountingKey;
 type MountingKey = "beta" | "compliance" | "kappa0" | "kappa1" | "delta";
 
-/** What a user sets: angles in degrees, E in GPa, diameter and length in mm. */
+/** Settings of a user: angles in degrees, E in GPa, diameter and length in mm. */
 interface Settings extends Record<NumberKey, number> {
   contact: Contact;
   section: "round" | "planar";
@@ -274,7 +274,7 @@ interface NumberField {
 interface ChoiceField {
   key: Exclude<keyof Settings, NumberKey>;
   label: string;
-  words: [string, string][]; // the word, and what the page says for it
+  words: [string, string][]; // the value, and its name on the page
   help: string;
 }
 
@@ -288,16 +288,16 @@ interface Preset {
   recording: Recording | null;
 }
 
-/** All that a link brings back. */
+/** All that a link restores. */
 interface Shared {
   settings: Settings;
   clamp: number;
-  x0: number; // NaN where the clamp was moved there from the start
+  x0: number; // NaN if the clamp is to be moved there from 0
   side: number;
   pins: Settings[]; // rods of the pinned curves
 }
 
-/** What is known of a place. */
+/** State and loads at a place. */
 interface Reading extends Place {
   x0: number;
   state: State;
@@ -310,7 +310,7 @@ interface Reading extends Place {
   energy: number;
 }
 
-/** A measured recording; a sample that is missing is NaN. */
+/** A measured recording; a missing value is NaN. */
 interface Recording extends Record<"clamp" | "fx" | "fy" | "m", number[]> {
   name: string;
 }
@@ -318,11 +318,11 @@ interface Recording extends Record<"clamp" | "fx" | "fy" | "m", number[]> {
 type Quantity = "length" | "force" | "moment" | "energy" | "number" | "angle";
 
 interface Units {
-  scale: Record<Quantity, number>; // what a nondimensional value is multiplied with
+  scale: Record<Quantity, number>; // factors from nondimensional values to values in these units
   name: Record<Quantity, string>;
 }
 
-/** A rod whose curve stays. */
+/** A rod with a pinned curve. */
 interface Pin {
   settings: Settings;
   curve: Curve;
@@ -341,13 +341,13 @@ interface View {
   pins: Pin[];
 }
 
-/** What is to be seen of the rod. */
+/** All that the drawing of the rod shows. */
 interface Scene {
   settings: Settings;
   now: Reading;
   shape: Shape;
-  first: Shape; // that at α = 0
-  length: number; // what a length is multiplied with, for the ruler
-  unit: number; // force that is drawn as long as a quarter of L
+  first: Shape; // shape at α = 0
+  length: number; // factor from lengths in L to those on the ruler
+  unit: number; // force whose arrow is as long as a quarter of L
   slides: boolean; // whether the tip slips
 }

@@ -1,36 +1,36 @@
-// Whether a solved shape is one that a rod beside a surface can have: docs/model.md.
+// Whether a solved shape is admissible, that is possible for a rod below a surface. See docs/model.md.
 
 import { bracketedRoot } from "./numerics/roots.js";
 import { isStraight, naturalCurvature, naturalSlope, tailOf } from "./rod/mounting.js";
 
 const LOOKS = 121;
 const EVENLY = Float64Array.from({ length: LOOKS }, (_, i) => i / (LOOKS - 1));
-/** Slope by which a shape may miss a limit at its nodes, and what turns less than a loop does. */
+/** How much larger than at the nodes a slope may be between them; and a turn too small for a loop (rad). */
 const NEAR = 0.05;
 const HALF_TURN = Math.PI - 0.3;
-/** Slope that is none, where the rod comes to lie on the surface. */
+/** Slope (rad) up to which a tip counts as level. */
 const LEVEL = 1e-9;
-/** Height by which a shape must pass its limit to count, as it is looked at in points alone. */
+/** Height (L) by which a shape must pass a limit to be rejected, as only some points are examined. */
 const PASSED = 1e-6;
-/** The same of an arch, whose highest point is found, in a state that is solved exactly. */
+/** The same for an arch in an exact state, as its highest point is located. */
 const ARCHED = 1e-12;
-/** Parts of the free part of a rod, close together near its end: there it may arch for a short way. */
+/** Fractions of the free part, denser near the contact point, where a rod may form a short arch. */
 const PLACES = Float64Array.from({ length: LOOKS }, (_, i) => 1 - (1 - i / (LOOKS - 1)) ** 2);
-/** How exactly a highest point is found (L); one so near to the contact point is that point. */
+/** Accuracy of a highest point (L); one this close to the contact point is the contact point. */
 const AT_CONTACT = 1e-6;
-/** Places on a tail at which its height is looked at. */
+/** Number of points of a tail that are examined. */
 const TAIL_LOOKS = 16;
 const TAIL_TOLERANCE = 1e-12;
 const CROSSES_SURFACE = "the rod crosses the surface away from its contact point";
 
-/** How a shape is inadmissible; empty where it is admissible. @type {(rod: Rod, state: State) => string} */
+/** Why a shape is inadmissible; empty if it is admissible. @type {(rod: Rod, state: State) => string} */
 export function inadmissible(rod, state) {
   if (state.contact === "line" && tailRises(rod, state)) return CROSSES_SURFACE;
   const curved = !isStraight(rod.mounting);
   const slopes = state.unknowns.subarray(0, rod.nodes);
   const [low, high] = [Math.min(...slopes), Math.max(...slopes)];
   const lowest = Math.min(low, ...tailSlopes(rod, state));
-  // A tip that passes through the surface is the paper's own.
+  // The paper's model allows a tip that passes through the surface.
   const mayNotCross = state.contact === "line" || state.phi1 >= -LEVEL;
   const crosses = mayNotCross && curved && archHeight(rod, state) > state.height + ARCHED;
   const rises = high < Math.PI - NEAR && !(mayNotCross && low < -LEVEL);
@@ -43,7 +43,7 @@ export function inadmissible(rod, state) {
   return high - lowest >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
 }
 
-/** Height of the highest point before the contact point. @type {(rod: Rod, state: State) => number} */
+/** Height of the highest point of an arch before the contact point. @type {(rod: Rod, state: State) => number} */
 function archHeight(rod, state) {
   let highest = -Infinity;
   const s = PLACES.map((part) => part * state.sc);

@@ -11,23 +11,23 @@ import { marginAside } from "./rod/stability.js";
 const FIRST_STEP = 0.02;
 const SHORTEST_STEP = 1e-5;
 const LONGEST_STEP = 0.3;
-/** Difference of guess and solution (rad) that a step aims at, and that it must not pass. */
+/** Difference between guess and solution (rad): target of the step control, and upper bound. */
 const AIM = 0.02;
 const TOO_FAR = 0.15;
-/** Accuracy (rad) of the states between landmarks: what is read off a path is solved exactly. */
+/** Accuracy (rad) of the states between landmarks; states that are shown are solved exactly. */
 const OF_STEPS = 1e-7;
 /** A path that needs more steps is given up. */
 const MOST_STEPS = 400;
-/** Slope of a tip (rad) below which a rod may arch; knots looked at, and how often again more closely. */
+/** Slope of a tip (rad) below which a rod may arch; parts of a step that are examined; refinements of these. */
 const NEARLY_LEVEL = 0.02;
 const LOOKS_AHEAD = 5;
 const ZOOMS = 3;
 /** Friction up to which a pulled tip is followed. */
 const MOST_PULLED = 3;
 const TINY = 1e-13;
-/** Size of the last coefficients of a slope that shows enough nodes: the ends are far more accurate. */
+/** Largest size of the last coefficients of the slope at which the nodes suffice; the ends are more accurate. */
 const RESOLVED = 1e-7;
-/** The same of a rod that may arch, with up to 46 nodes: heights between its ends count, too. */
+/** The same for a rod that may arch, with up to 46 nodes, as heights between its ends matter, too. */
 const RESOLVED_ARCH = 1e-11;
 
 /** Displacement of the clamp since α = 0. @type {(branch: Branch, state: State) => number} */
@@ -59,7 +59,7 @@ function advance({ scale, force }, [a, b, c, d], state) {
 }
 
 /**
- * Direction of the path in a state; `condition` grows along it, or falls where `sign` is -1.
+ * Knot of a state; the value of `condition` grows along the path, or falls if `sign` is -1.
  * @type {(branch: Branch, state: State, condition: Condition, sign?: number) => Knot}
  */
 function knotAt(branch, state, condition, sign = 1) {
@@ -82,7 +82,7 @@ function knotAt(branch, state, condition, sign = 1) {
 }
 
 /**
- * Unknowns on the cubic through two knots and their directions, at a part of the way (0 to 1).
+ * Unknowns between two knots, at a part of the way (0 to 1), by a cubic with the knots' directions.
  * @type {(from: Knot, to: Knot, part: number) => Float64Array}
  */
 export function between(from, to, part) {
@@ -98,7 +98,7 @@ export function between(from, to, part) {
  * @type {(from: Knot, to: Knot, t: number) => [number, number, number, number]}
  */
 export function cubic(from, to, t) {
-  // Along the direction of the first knot.
+  // Derivatives are taken along the direction of the first knot.
   const slope = from.direction.reduce((sum, value, i) => sum + value * to.direction[i], 0);
   const s = 1 - t;
   const { step } = to;
@@ -119,12 +119,12 @@ function knotBetween(branch, from, to, part) {
 }
 
 /**
- * The knot between two others in which a function of a knot, of different signs in both, vanishes.
+ * The knot between two others in which a function vanishes that has different signs in these two.
  * @type {(branch: Branch, from: Knot, to: Knot, value: (knot: Knot) => number) => Knot | null}
  */
 export function knotWhere(branch, from, to, value) {
   const [low, high] = [value(from), value(to)];
-  // A change that begins at the knot itself has its sign from there on.
+  // A function may vanish at one of the two knots.
   if (low === 0 || high === 0) return low === 0 ? { ...from, step: 0 } : to;
   /** @param {number} part */
   const at = (part) => {
@@ -143,8 +143,8 @@ function knotAfter(branch, from, state) {
 }
 
 /**
- * The next state along the path, by a step that is shortened until it succeeds, and the length of the
- * step after it; `before` is the knot before the last on the same smooth piece.
+ * The next knot, by a step that is shortened until it succeeds, and the length of the following step.
+ * `before` is the last but one knot, if it is on the same smooth piece.
  * @type {(branch: Branch, last: Knot, before: Knot | undefined, step: number)
  *   => { knot: Knot, next: number } | null}
  */
@@ -160,7 +160,7 @@ function stepped(branch, last, before, step) {
     const value = advance(branch, last.direction, last.state) + h;
     const condition = along(branch, last.direction, value);
     const closure = { surface, contact, condition };
-    // A rod that is curved may arch by little: that is seen in exact states alone.
+    // A curved rod may have a very low arch, which only exact states show.
     const accuracy = isStraight(rod.mounting) ? OF_STEPS : undefined;
     const state = solvedState(rod, guess, closure, last.factors, accuracy);
     if (!state) continue;
@@ -177,7 +177,7 @@ function stepped(branch, last, before, step) {
 }
 
 /**
- * Both sides of the state in which the contact changes its kind; `beyond` is past it, of the old kind.
+ * Knots on both sides of the state in which the kind of contact changes; `beyond` is past it, of the old kind.
  * @type {(branch: Branch, last: Knot, beyond: Knot) => Knot[] | null}
  */
 function kink(branch, last, beyond) {
@@ -194,7 +194,7 @@ function kink(branch, last, beyond) {
   const there = { ...state, contact: /** @type {Contact} */ (lies ? "line" : "point"), phi1: 0 };
   return [
     knotAfter(branch, last, here),
-    // Beyond, s_c falls from 1, or the slope of the tip rises from 0.
+    // After the kink s_c falls from 1, or the slope of the tip rises from 0.
     lies
       ? knotAt(branch, there, { sc: 1, value: 0 }, -1)
       : knotAt(branch, there, condition),
@@ -202,7 +202,7 @@ function kink(branch, last, beyond) {
 }
 
 /**
- * How and where an arm ends between two knots, if it does. The clamp pushes on side 1, pulls on side -1.
+ * How and where an arm ends between two knots; null if it goes on. The clamp pushes on side 1, pulls on side -1.
  * @type {(branch: Branch, side: number, from: Knot, to: Knot) => Ending | null}
  */
 function ending(branch, side, from, to) {
@@ -215,7 +215,7 @@ function ending(branch, side, from, to) {
 }
 
 /**
- * The same, but for shapes that are inadmissible.
+ * The same, without regard to inadmissible shapes.
  * @type {(branch: Branch, side: number, from: Knot, to: Knot) => Ending | null}
  */
 function turning(branch, side, from, to) {
@@ -246,10 +246,10 @@ function turning(branch, side, from, to) {
 }
 
 /**
- * A knot on the way to another that is inadmissible, or that other.
+ * The first inadmissible knot after `from`, up to `to`; null if there is none.
  *
- * A rod that is curved towards the surface may arch over it for a short way only, next to where its tip
- * is nearest to being parallel to the surface.
+ * A rod that is curved towards the surface may arch over it on a short part of the path only, near the state
+ * in which its tip is most nearly parallel to the surface.
  * @type {(branch: Branch, from: Knot, to: Knot) => Knot | null}
  */
 function firstInadmissible(branch, from, to) {
@@ -276,8 +276,8 @@ function firstInadmissible(branch, from, to) {
 }
 
 /**
- * Positive where a round rod stays in its plane. A straight one does so as long as its contact point
- * is ahead of the axis of its unloaded clamp.
+ * A number that is positive where a round rod stays in its plane. A straight rod does so while its contact
+ * point is ahead of the axis of the unloaded clamp.
  * @type {(branch: Branch, state: State) => number}
  */
 export function swung({ rod }, state) {
@@ -286,7 +286,7 @@ export function swung({ rod }, state) {
   return (state.offset + state.sc - 1) * Math.cos(angle) + state.height * Math.sin(angle);
 }
 
-/** The condition that the contact point is on that axis. @type {(branch: Branch) => Condition} */
+/** The condition that the contact point is on the axis of the unloaded clamp. @type {(branch: Branch) => Condition} */
 function onAxis({ rod, surface, scale }) {
   const [cos, sin] = [Math.cos(rod.mounting.angle), Math.sin(rod.mounting.angle)];
   const offset = (cos + surface.tilt * sin) / scale;
@@ -350,14 +350,14 @@ export function followed(branch, first, side) {
 }
 
 /**
- * A knot, and before it the one in which the demand has an extreme, if there is one on the way.
+ * The knot `to`, and before it the knot in which the demand has an extreme, if there is one in between.
  * @type {(branch: Branch, from: Knot, to: Knot) => Knot[]}
  */
 function withExtremes(branch, from, to) {
   if (demandChange(from, branch) > 0 === demandChange(to, branch) > 0) return [to];
   const found = knotWhere(branch, from, to, (knot) => demandChange(knot, branch));
   if (!found || found === to) return [to];
-  // It may be the knot before, to within its error.
+  // Up to its error, the extreme may be at `from`.
   const extreme = { ...found, step: Math.max(found.step, 0), exact: true };
   const rest =
     advance(branch, extreme.direction, to.state) - advance(branch, extreme.direction, extreme.state);

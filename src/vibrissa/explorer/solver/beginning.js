@@ -7,20 +7,20 @@ import { solvedState } from "./rod/newton.js";
 import { Rod } from "./rod/rod.js";
 import { slidesStably } from "./rod/stability.js";
 
-/** Heights near 1, where the rod is nearly straight, from which a low surface is approached. */
+/** Height near 1, where the rod is nearly straight, from which lower surfaces are approached. */
 const HIGHEST = 0.99;
-/** Largest step of √(1 − η), with which the deflection grows. */
+/** Largest step of √(1 − η), to which the deflection is nearly proportional. */
 const LARGEST_STEP = 0.09;
 const VERTICAL = { fx: 1, value: 0 };
-/** Part of the rod's bend by which a state may differ from its guess: further is another branch. */
+/** Largest difference between a state and its guess, relative to the rod's bend; beyond is another branch. */
 const CLOSE = 0.3;
-/** What a step on the way from the ideal mounting is divided by, and the shortest part. */
+/** Divisor of a step of the homotopy that fails, and shortest step. */
 const DIVISION = 4;
 const SHORTEST_PART = 1e-4;
 
 /**
- * The first state of a period of sticking, or why there is none; an empty text where none was found.
- * With the model "point" the tip alone touches, with "line" the contact is the one that is possible.
+ * Solve the first state of a period of sticking. Returns a message if none exists, empty if none was found.
+ * With the model "point" only the tip touches; with "line" the rod may lie on the surface.
  * @type {(rod: Rod, eta: number, model: Contact) => Beginning | string}
  */
 export function beginningOf(rod, eta, model) {
@@ -32,7 +32,7 @@ export function beginningOf(rod, eta, model) {
 }
 
 /**
- * Follow a first state from the ideal mounting to that of a rod, all deviations in proportion.
+ * Follow a first state from the ideal mounting to the rod's mounting; all deviations grow in proportion.
  * @type {(rod: Rod, ideal: State, eta: number, model: Contact) => State | string}
  */
 function mountedState({ theta, nodes, mounting }, ideal, eta, model) {
@@ -90,7 +90,7 @@ function firstState(rod, eta, model) {
 }
 
 /**
- * Unknowns on the line through two states, so much past the second as it is past the first, times a weight.
+ * Extrapolate unknowns from two states: past the second by their difference times a weight.
  * @type {(before: State | null, state: State, weight?: number) => Float64Array}
  */
 function ahead(before, state, weight = 1) {
@@ -113,14 +113,14 @@ function solvedActive(rod, guess, eta, contact, model) {
   return other && isPossible(other) ? other : null;
 }
 
-/** The same, touching with the tip. @type {(unknowns: Float64Array) => Float64Array} */
+/** Unknowns with the contact point moved to the tip. @type {(unknowns: Float64Array) => Float64Array} */
 function touching(unknowns) {
   const changed = unknowns.slice();
   changed[changed.length - 1] = 1;
   return changed;
 }
 
-/** Whether the contact is possible: a tip from below, a line up to the tip. @type {(state: State) => boolean} */
+/** Whether the contact is possible: φ1 ≥ 0 of a tip, s_c ≤ 1 of a line. @type {(state: State) => boolean} */
 export function isPossible(state) {
   return state.contact === "line" ? state.sc <= 1 : state.phi1 >= 0;
 }

@@ -6,12 +6,12 @@ import { backOnset, onset, pulledOnset, stateAt, touch } from "./path.js";
 import { isIdealRod } from "./rod/mounting.js";
 import { demand } from "./rod/state.js";
 
-/** Stretches of a slip in which its energy is added up, and how often a tip may slide back. */
+/** Intervals over which the energy of a slip is summed, and how often a tip may slide back. */
 const STRETCHES = 24;
 const MOST_SLIDES = 20;
 const TOLERANCE = 1e-12;
 
-/** Say where sticking ends. @type {(path: Path, friction: Friction) => Sticking} */
+/** Find where sticking ends. @type {(path: Path, friction: Friction) => Sticking} */
 export function stickingOf(path, friction) {
   const { branch, pushed } = path;
   /** @param {State | null} state */
@@ -39,7 +39,7 @@ export function stickingOf(path, friction) {
   };
 }
 
-/** Way along the surface for each way of the clamp. @type {(sticking: Sticking) => number} */
+/** Displacement along the surface per displacement of the clamp. @type {(sticking: Sticking) => number} */
 function wayAlong({ path }) {
   return Math.cos(path.branch.rod.mounting.stage);
 }
@@ -57,27 +57,27 @@ export function placed(sticking, clamp, x0, side) {
 }
 
 /**
- * Move the clamp. Where it is `stepped`, a tip slips after the step that is too far, as in the paper,
- * and else at the exact onset on the way. On an oblique stage a path is that of one period: the move
- * stops where the period ends.
+ * Move the clamp. If the move is `stepped`, the tip slips at the end of the step that passes the onset, as in
+ * the paper; otherwise at the exact onset. On an oblique stage, where a path holds for one period only, the
+ * move stops at the end of the period.
  * @type {(sticking: Sticking, from: Place, clamp: number, stepped: boolean) => Move}
  */
 export function moved(sticking, from, clamp, stepped = false) {
   /** @type {Incident[]} */
   const events = [];
   let place = from;
-  // Each turn sticks to the target, or to where sticking ends.
+  // In each turn of the loop the tip sticks up to the target, or up to the end of sticking.
   while (events.length < 400) {
     const x0 = x0Of(sticking, place);
     const aim = x0Of(sticking, { ...place, clamp });
     const limit = limitOf(sticking, aim);
-    // A rod swings aside on the way, also in a step.
+    // Lateral buckling is located exactly, also within a step.
     const exact = limit && (!stepped || limit.by === "swings");
     const until = exact ? limit.x0 : aim;
     const at = exact ? place.clamp + place.side * (limit.x0 - x0) : clamp;
     events.push(...passed(sticking, place, limit ? limit.x0 : aim));
     if (!limit) return { place: { ...place, clamp }, events };
-    // A rod that has swung aside trails behind, mirrored; in another mounting nobody knows where it goes.
+    // After lateral buckling an ideally mounted rod trails behind, mirrored; for others the motion is unknown.
     const mirrored = limit.by === "swings" && isMirrored(sticking.path);
     const after = limit.by === "slips" ? restOf(sticking, until) : 0;
     const [rest, side] = mirrored ? [limit.x0, -place.side] : [after, place.side];
@@ -93,18 +93,21 @@ export function isOblique({ branch }) {
   return branch.surface.tilt !== 0;
 }
 
-/** Whether a rod that has swung aside is in the mirrored state. @type {(path: Path) => boolean} */
+/** Whether a rod is in the mirrored state after lateral buckling. @type {(path: Path) => boolean} */
 export function isMirrored(path) {
   return isIdealRod(path.branch.rod.mounting) && !isOblique(path);
 }
 
-/** What ends sticking on the way. @type {(sticking: Sticking, aim: number) => { x0: number, by: Limit } | null} */
+/**
+ * The limit at which sticking ends before a displacement; null if there is none.
+ * @type {(sticking: Sticking, aim: number) => { x0: number, by: Limit } | null}
+ */
 function limitOf({ low, lowBy, high, highBy }, aim) {
   if (aim > high + TOLERANCE) return { x0: high, by: highBy };
   return aim < low - TOLERANCE ? { x0: low, by: lowBy } : null;
 }
 
-/** What is passed while the tip sticks. @type {(sticking: Sticking, place: Place, to: number) => Incident[]} */
+/** Events that the rod passes while the tip sticks. @type {(sticking: Sticking, place: Place, to: number) => Incident[]} */
 function passed(sticking, place, to) {
   const from = x0Of(sticking, place);
   const lies = sticking.path.branch.model === "line";
@@ -139,7 +142,7 @@ export function restOf({ path, friction }, from) {
 }
 
 /**
- * Where kinetic friction has consumed the energy that a slide releases; NaN beyond the known states.
+ * Displacement at which kinetic friction has consumed the energy of a slide; NaN beyond the known states.
  * @type {(path: Path, kinetic: number, from: number) => number}
  */
 function slideEnd(path, kinetic, from) {

@@ -1,4 +1,4 @@
-// A sticking curve: both arms of the path of one rod at one height, and what is read off it.
+// A sticking curve: both arms of the path of one rod at one height, and states and onsets on it.
 
 import { inadmissible } from "./admissible.js";
 import { between, cubic, displacement, followed, knotWhere, offsetAt, swung } from "./arm.js";
@@ -11,12 +11,12 @@ import { demand } from "./rod/state.js";
 
 /** Numbers of nodes that are tried. */
 const NODES = [20, 26, 34, 46, 64, 90];
-/** Part of a step to which the guess of a state is sought. */
+/** Accuracy, as a part of a step, of the guess of a state; and of a displacement between two knots. */
 const ROUGHLY = 1e-3;
 const CLOSELY = 1e-9;
 
 /**
- * Solve the path of a rod, beginning with the `fewest` nodes, which were enough for a similar rod.
+ * Solve the path of a rod on at least `fewest` nodes, a number that was enough for a similar rod.
  * Without a path the message says what to try.
  * @type {(given: Given, fewest?: number) => { path: Path | null, message: string }}
  */
@@ -47,7 +47,7 @@ function branchOf(rod, { eta, contact, round }, { state, ideal }) {
   return { rod, eta, model: contact, round, x1: state.offset, surface, ...unit };
 }
 
-/** Why no period begins in a state; empty where one does. @type {(branch: Branch, state: State) => string} */
+/** Why no period can begin in a state; empty if one can. @type {(branch: Branch, state: State) => string} */
 function unsuitable(branch, state) {
   const why = inadmissible(branch.rod, state);
   if (why) return `with α = 0 ${why}`;
@@ -58,7 +58,7 @@ function unsuitable(branch, state) {
 /** @type {(pushed: Arm, pulled: Arm) => Path} */
 function assembled(pushed, pulled) {
   const { branch, knots } = pushed;
-  // The demand is largest in a landmark. Next to it, the error of another state may hide that.
+  // The demand is largest in a landmark, an exact state. A state next to it may exceed it by its error.
   const landmarks = knots.filter((knot) => knot.exact);
   const lock = landmarks.reduce((best, knot) =>
     demand(knot.state) > demand(best.state) ? knot : best,
@@ -80,7 +80,7 @@ function assembled(pushed, pulled) {
 }
 
 /**
- * The first state of an arm in which a function of it rises through zero; `condition` says the same.
+ * The first state of an arm in which `value` rises through zero; `condition` is the same as an equation.
  * @type {(arm: Arm, value: (state: State) => number, condition: Condition) => State | null}
  */
 function firstRise({ branch, knots }, value, condition) {
@@ -94,7 +94,7 @@ function firstRise({ branch, knots }, value, condition) {
 }
 
 /**
- * The state between two knots in which a condition holds, sought from the cubic between them.
+ * Solve the state between two knots in which a condition holds; the cubic between them gives the guess.
  * @type {(branch: Branch, from: Knot, to: Knot, value: (state: State) => number, condition: Condition)
  *   => State | null}
  */
@@ -148,7 +148,7 @@ export function touch(path) {
 }
 
 /**
- * The state at a displacement; null where that is not on the path, or no state is found.
+ * The state at a displacement; null if the path does not reach it or no state is found.
  * @type {(path: Path, x0: number) => State | null}
  */
 export function stateAt(path, x0) {
@@ -187,7 +187,7 @@ function partOf(from, to, offset) {
   return bracketedRoot(away, 0, 1, start - offset, stop - offset, CLOSELY);
 }
 
-/** Sample a path from end to end, each step in so many parts. @type {(path: Path, parts: number) => Curve} */
+/** Sample a path from end to end, each step in `parts` parts. @type {(path: Path, parts: number) => Curve} */
 export function sampled({ branch, pulled, pushed }, parts) {
   const behind = samples(branch, pulled.knots, parts).reverse();
   const rows = [...behind.slice(0, -1), ...samples(branch, pushed.knots, parts)];
@@ -215,7 +215,7 @@ function samples(branch, knots, parts) {
 }
 
 /**
- * Offset, height, fx, fy, s_c and energy, from which all follows that is drawn, and their changes.
+ * Offset, height, fx, fy, s_c and energy, and their derivatives along the path; the plots follow from these.
  * @type {(branch: Branch, knot: Knot) => { values: number[], changes: number[] }}
  */
 function course({ rod, surface }, { state, change, offsetChange }) {

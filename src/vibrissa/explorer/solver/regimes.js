@@ -1,9 +1,9 @@
-// The map of what a tip does: friction coefficients over the taper, at one height.
+// The map of regimes: friction coefficients at which the tip locks or the rod touches, over the taper.
 
 import { solvedPath, touch } from "./path.js";
 import { demand } from "./rod/state.js";
 
-/** Tapers of the map: up to 8, or up to 20 where the rod itself has more. */
+/** Tapers of the map: up to 8, or up to 20 if the taper of the rod exceeds 8. */
 const TAPERS = Array.from({ length: 29 }, (_, k) => 1 + 0.25 * k);
 const MORE_TAPERS = Array.from({ length: 39 }, (_, k) => 1 + 0.5 * k);
 
@@ -15,7 +15,7 @@ export class RegimeMap {
     this.key = "";
   }
 
-  /** Go on until a time (ms); true where more is to be seen. @type {(given: Given, until: number) => boolean} */
+  /** Continue until a time (ms); returns whether a row was added. @type {(given: Given, until: number) => boolean} */
   solve({ theta, ...rod }, until) {
     const tapers = theta > 8 ? MORE_TAPERS : TAPERS;
     const key = JSON.stringify([rod, tapers.length]);
@@ -42,7 +42,7 @@ function* divisions(rod, tapers) {
   for (const theta of tapers) {
     const { path } = solvedPath({ ...rod, theta }, nodes);
     const found = path && touch(path);
-    // Past the lock no tip slips any more: what it touches there divides nothing.
+    // A touch past the lock divides no regimes, as the tip does not slip there.
     const after = path?.lock && found && found.offset < path.lock.state.offset;
     const state = after ? null : found;
     nodes = path ? path.branch.rod.nodes : 0;

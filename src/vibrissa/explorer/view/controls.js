@@ -1,8 +1,8 @@
-// Fields that change the settings: a slider with a number beside it, and choices of words.
+// Fields that change the settings: numbers with sliders, and choices.
 
 import { CHOICES, MOUNTING_NUMBERS, NUMBERS, numberOf, ROD_NUMBERS } from "./settings.js";
 
-/** Words up to this many letters stand side by side; a list has longer ones. */
+/** Most letters of names that are shown side by side; longer names are shown in a list. */
 const SHORT_WORD = 10;
 
 /** @type {(tag: string, attributes: Record<string, string>, ...children: (Node | string)[]) => HTMLElement} */
@@ -34,7 +34,7 @@ export class Controls {
   number(field, slides) {
     const { key, symbol, label, min, max, step, unit = "", help } = field;
     const [id, wrong] = [`x-${key}`, `x-${key}-mistake`];
-    // A field of the type "number" would hide what was typed where it is no number.
+    // A field of the type "number" would hide a text that is not a number.
     const box = /** @type {HTMLInputElement} */ (
       element("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", "aria-describedby": wrong })
     );
@@ -51,7 +51,7 @@ export class Controls {
       box.setAttribute("aria-invalid", String(mistake !== ""));
       message.textContent = mistake;
     };
-    // What is typed stays as it is; it is used as soon as it is allowed.
+    // The typed text stays as it is; its value is used as soon as it is allowed.
     box.addEventListener("input", () => {
       const { value, mistake } = numberOf(box.value, field);
       judge(mistake);
@@ -100,7 +100,7 @@ export class Controls {
     return element("label", { class: "choice", "data-key": key, "data-help": help }, element("span", {}, label), select);
   }
 
-  /** Show the values in use, `anew` also where something else was typed. @type {(settings: Settings, anew?: boolean) => void} */
+  /** Show the values in use; `anew` replaces typed texts. @type {(settings: Settings, anew?: boolean) => void} */
   show(settings, anew = false) {
     if (settings === this.shown && !anew) return;
     this.shown = settings;

@@ -1,4 +1,4 @@
-// The page: what a user does moves the model, and each frame shows where it is.
+// The page: a user's actions move the model, and each frame shows its state.
 
 import { isOblique, placed } from "../solver/motion.js";
 import { RegimeMap } from "../solver/regimes.js";
@@ -16,20 +16,20 @@ import { condition, mounted, parameters, rodName, told } from "./words.js";
 
 /** Arc lengths of the points of the drawn rod. */
 const POINTS = Float64Array.from({ length: 81 }, (_, i) => i / 80);
-/** Milliseconds of a frame that the map of regimes may take, and after which words may change. */
+/** Milliseconds that the map of regimes may take of a frame, and between two changes of the message. */
 const BUDGET = 5;
 const PATIENCE = 350;
-/** Milliseconds after which the address follows. */
+/** Milliseconds after which the page's address is updated. */
 const ADDRESS_AFTER = 300;
-/** Milliseconds between steps of a clamp that moves by itself, how many there are, and those of a slip. */
+/** Speeds of Play: milliseconds between moves of the clamp, steps in a move, and milliseconds of a slip. */
 const PACES = {
   slow: { pause: 80, steps: 1, slip: 1500 },
   normal: { pause: 1000 / 60, steps: 1, slip: 300 },
   fast: { pause: 1000 / 60, steps: 5, slip: 60 },
 };
-/** The same where the system asks for less motion. */
+/** The same for users who prefer reduced motion. */
 const CALM = { pause: 250, steps: 1, slip: 0 };
-/** Way of the clamp during a slip, as a part of that slip, which ends it at once. */
+/** Motion of the clamp during a slip that ends its animation, as a part of the slip. */
 const HURRY = 0.5;
 
 /** @type {Incident["what"][]} */
@@ -125,7 +125,7 @@ export class Explorer {
       if (this.choice.value !== "") this.take(this.presets[Number(this.choice.value)]);
     });
     addEventListener("hashchange", () => this.readAddress());
-    // Who comes by a link or to a report knows why.
+    // No introduction for users who follow a link or read a report.
     if (this.root.closest(".alone") && location.hash === "") introduction.show(0);
   }
 
@@ -147,7 +147,7 @@ export class Explorer {
     this.clampAim = Math.max(-5, Math.min(50, clamp));
   }
 
-  /** Move the clamp by steps from where it is or goes. @type {(steps: number) => void} */
+  /** Move the clamp by steps from its position, or from its target if it moves. @type {(steps: number) => void} */
   moveBy(steps) {
     this.play(false);
     const from = Number.isNaN(this.clampAim) ? this.clampPlace : this.clampAim;
@@ -162,11 +162,11 @@ export class Explorer {
     this.moveTo(place.clamp + place.side * (within - this.model.x0));
   }
 
-  /** Take what a user has set in the next frame. @type {(change: Partial<Settings>) => void} */
+  /** Apply a user's settings in the next frame. @type {(change: Partial<Settings>) => void} */
   change(change) {
     this.waiting = { ...this.waiting, ...change };
     if (Object.keys(change).every((key) => key === "labels" || key === "speed")) return;
-    // What was said of other settings, or is their name, stays no longer.
+    // The message and the preset's name belong to the previous settings.
     this.say("");
     this.choice.value = "";
   }
@@ -188,11 +188,11 @@ export class Explorer {
     this.dirty = true;
   }
 
-  /** Begin as the page did when it was opened. */
+  /** Restore the page as it was when it was opened. */
   reset() {
     const [first] = this.presets;
     this.pins = [];
-    // A study's own scans come first where it has any.
+    // If a study has scans, the first of them is shown.
     if (first?.recording) this.take({ ...first, settings: { ...DEFAULTS, ...first.settings }, play: false });
     else this.take({ name: "", note: "", settings: DEFAULTS, clamp: 0, play: false, recording: null });
     this.choice.value = first?.recording ? "0" : "";
@@ -243,7 +243,7 @@ export class Explorer {
     clearTimeout(this.writing);
     this.writing = setTimeout(() => {
       this.written = this.address;
-      // Another part of the page may be what the address points to.
+      // The address may point to another part of the page.
       const mine = location.hash === "" || fromAddress(location.hash);
       if (mine) history.replaceState(null, "", `#${this.written}`);
     }, ADDRESS_AFTER);
@@ -259,7 +259,7 @@ export class Explorer {
     }
   }
 
-  /** What is seen, as the title of an export. */
+  /** Parameters and state, as the title of an export. */
   summary() {
     const place = `clamp at ${this.length(this.clampPlace)}, x0 = ${this.length(this.model.x0)}`;
     const pins = this.pins.map(({ settings }) => `; pinned: ${rodName(settings)}`);
@@ -272,7 +272,7 @@ export class Explorer {
     this.dirty = true;
   }
 
-  /** Say what has happened, and let a slip be seen. @type {(events: Incident[]) => void} */
+  /** Prepare the message for events, and animate a slip. @type {(events: Incident[]) => void} */
   told(events) {
     this.dirty = true;
     const { sticking } = this.model;
@@ -280,7 +280,7 @@ export class Explorer {
     const slips = events.filter(({ what }) => what === "slips");
     const alone = slips.length === 1 && !isOblique(sticking.path);
     this.slide = alone && this.pace.slip ? { slip: slips[0], since: performance.now() } : null;
-    // Where a stretch of the model ends, nothing that follows is as important.
+    // The event that ends the path is more important than those after it.
     const event = events.findLast(({ what }) => ENDS.includes(what)) ?? events[events.length - 1];
     this.unspoken = told(event, sticking, (x) => this.length(x));
   }
@@ -314,7 +314,7 @@ export class Explorer {
     }
   }
 
-  /** Do what is waiting; while the tip is seen to slip, the clamp waits. @type {(now: number) => void} */
+  /** Apply waiting changes and moves; the clamp waits while a slip is animated. @type {(now: number) => void} */
   moveOn(now) {
     if (this.waiting) {
       this.slide = null;
@@ -349,7 +349,7 @@ export class Explorer {
     }
   }
 
-  /** What is seen: where the tip slips, a state on its way. @returns {Reading | undefined} */
+  /** The reading that is shown: during a slip, of a state on the way. @returns {Reading | undefined} */
   get shown() {
     const { model, slide } = this;
     if (!slide || !model.sticking) return model.now;

@@ -1,4 +1,4 @@
-// What a user takes along: the page's drawings as SVG or PNG, its readings as CSV.
+// Exports: the page's drawings as SVG or PNG, its readings as CSV.
 
 import { COLUMNS } from "./recording.js";
 import { MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
@@ -9,7 +9,7 @@ const STYLES = [
   "fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-opacity", "fill-opacity", "font-size", "font-weight",
   "text-anchor", "opacity", "visibility", "paint-order",
 ];
-/** Pixels around and between the parts of a drawing, of a line of text, and of a letter. */
+/** Pixels between the parts of a drawing, of the height of a line of text, and of the width of a letter. */
 const AROUND = 24;
 const LINE = 18;
 const LETTER = 6.6;
@@ -35,7 +35,7 @@ export function download(name, content) {
 }
 
 /**
- * Put the drawings of all cards into one, in two columns under a line that says what they show.
+ * Join the drawings of all cards to one, in two columns below a title.
  * @type {(root: Element, title: string) => Drawing}
  */
 export function asSvg(root, title) {
@@ -62,7 +62,7 @@ export function asSvg(root, title) {
   return { text: new XMLSerializer().serializeToString(whole), width, height };
 }
 
-/** Words in lines of at most so many letters. @type {(text: string, most: number) => string[]} */
+/** Break a text into lines of at most `most` letters. @type {(text: string, most: number) => string[]} */
 function wrapped(text, most) {
   const lines = [""];
   for (const word of text.split(" ")) {
@@ -73,7 +73,7 @@ function wrapped(text, most) {
   return lines;
 }
 
-/** Copy the drawings and captions of a card, with the styles that they have. @type {(card: Element, to: Element) => void} */
+/** Copy the drawings and captions of a card, with their styles. @type {(card: Element, to: Element) => void} */
 function copied(card, to) {
   const box = card.getBoundingClientRect();
   for (const svg of card.querySelectorAll("svg")) {
@@ -95,7 +95,7 @@ function copied(card, to) {
   }
 }
 
-/** A PNG of twice the size. @type {(drawing: Drawing) => Promise<Blob>} */
+/** A drawing as PNG, at twice its size. @type {(drawing: Drawing) => Promise<Blob>} */
 export async function asPng({ text, width, height }) {
   const image = new Image();
   image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(text)}`;

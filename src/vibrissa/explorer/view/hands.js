@@ -1,16 +1,16 @@
-// What a user's hands do: drag clamp, curve and map, press keys, drop a file, take the drawings along.
+// Actions of a user: drag clamp, curve and map, press keys, drop a file, save drawings and readings.
 
 import { asCsv, asPng, asSvg, download } from "./exports.js";
 import { readRecording } from "./recording.js";
 
-/** Pixels within which the line of friction is taken hold of. */
+/** Distance in pixels within which the line of friction can be dragged. */
 const HOLD = 14;
-/** Step of friction by a key. */
+/** Change of friction when a key is pressed. */
 const FRICTION_STEP = 0.005;
 const KEYS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
 
 /**
- * Follow a pointer that is held down; `begin` returns what a move does.
+ * Follow a pointer that is held down; `begin` returns the function to call for each move.
  * @type {(node: SVGElement, begin: (event: PointerEvent) => (event: PointerEvent) => void) => void}
  */
 function dragged(node, begin) {
@@ -52,7 +52,7 @@ export function listenToClamp(explorer) {
   keyed(clamp, (steps) => explorer.moveBy(steps), () => explorer.moveTo(0));
 }
 
-/** On the sticking curve the line of friction and the point are dragged. @param {Explorer} explorer */
+/** Drag the line of friction, or the point on the sticking curve. @param {Explorer} explorer */
 export function listenToCurve(explorer) {
   const { plot, sliders } = /** @type {StickingPlot} */ (explorer.plots[0]);
   const friction = (/** @type {number} */ mu0) => explorer.change({ mu0: rounded(mu0, FRICTION_STEP, 0.02, 2) });
@@ -82,7 +82,7 @@ function rounded(value, step, low, high) {
   return Number(near.toFixed(4));
 }
 
-/** On the map, a point chooses taper and friction. @param {Explorer} explorer */
+/** Set taper and friction by a point on the map. @param {Explorer} explorer */
 export function listenToMap(explorer) {
   const { plot } = /** @type {RegimePlot} */ (explorer.plots[4]);
   /** @param {PointerEvent} event */
@@ -96,7 +96,7 @@ export function listenToMap(explorer) {
   });
 }
 
-/** Take recordings, and hand out what is seen. @param {Explorer} explorer */
+/** Read recordings, and save drawings and readings. @param {Explorer} explorer */
 export function listenToFiles(explorer) {
   const { root } = explorer;
   /** @param {File | undefined} file */

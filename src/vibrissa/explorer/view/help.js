@@ -1,4 +1,4 @@
-// A word of help on every control, and an introduction in three steps.
+// Help on every control, and an introduction in three steps.
 
 import { element } from "./controls.js";
 
@@ -47,7 +47,7 @@ export function showHelp(root) {
   for (const kind of ["pointerdown", "keydown"]) root.addEventListener(kind, hide);
 }
 
-/** Let the introduction go from step to step, each pointing at a part of the page. */
+/** An introduction in steps, each of which points at a part of the page. */
 export class Introduction {
   /** @param {Explorer} explorer */
   constructor(explorer) {
@@ -59,7 +59,7 @@ export class Introduction {
     explorer.at("close").addEventListener("click", () => this.show(-1));
   }
 
-  /** Show a step; none is shown past the last. @type {(step: number) => void} */
+  /** Show a step; past the last step, hide the introduction. @type {(step: number) => void} */
   show(step) {
     const { root } = this.explorer;
     this.step = step;

@@ -1,11 +1,11 @@
-// The rod that the page moves: settings, solved path, place of clamp and tip, and what was read.
+// The rod on the page: settings, solved path, positions of clamp and tip, and readings.
 
 import { isOblique, moved, placed, stickingOf, x0Of } from "../solver/motion.js";
 import { sampled, solvedPath, stateAt } from "../solver/path.js";
 import { demand } from "../solver/rod/state.js";
 import { DEFAULTS, mountingOf } from "./settings.js";
 
-/** Longest trace, and the parts of a move that are read one by one. */
+/** Most readings of a trace; most parts of a move, with a reading each; samples of each step of a path. */
 const MOST_READINGS = 1500;
 const MOST_PARTS = 16;
 const PARTS_OF_A_STEP = 4;
@@ -23,7 +23,7 @@ function differ(one, other) {
   return JSON.stringify(one) !== JSON.stringify(other);
 }
 
-/** The curves of rods, as far as these are solved. @type {(rods: Settings[]) => Pin[]} */
+/** The curves of those rods that can be solved. @type {(rods: Settings[]) => Pin[]} */
 export function pinsOf(rods) {
   return rods.flatMap((settings) => {
     const { path } = solvedPath(rodOf(settings));
@@ -49,7 +49,7 @@ export class Model {
   }
 
   /**
-   * Change settings, and return what happens because of it; another rod is solved anew.
+   * Change settings, and return the events that this causes; a changed rod is solved anew.
    * @type {(change: Partial<Settings>) => Incident[]}
    */
   change(change) {
@@ -96,7 +96,7 @@ export class Model {
       : { path: null, message: "the stage has left the heights at which a period can begin" };
     this.message = message;
     this.nodes = path ? path.branch.rod.nodes : 0;
-    // Not more nodes for ever because of one rod that needed them.
+    // Reduce the number, so that later rods do not keep nodes that only one rod needed.
     if (this.nodes > 30) this.nodes = Math.round(0.7 * this.nodes);
     this.sticking = path && stickingOf(path, this.friction);
     /** @type {Curve | null} */
@@ -113,13 +113,13 @@ export class Model {
     this.restore(0, 0, 1);
   }
 
-  /** Put clamp and tip where they were. @type {(clamp: number, x0: number, side: number) => void} */
+  /** Restore positions of clamp and tip. @type {(clamp: number, x0: number, side: number) => void} */
   restore(clamp, x0, side) {
     this.place = { clamp, contact: 0, side };
     this.solve(x0);
   }
 
-  /** Move the clamp without a stop. @type {(clamp: number) => Incident[]} */
+  /** Move the clamp continuously. @type {(clamp: number) => Incident[]} */
   moveTo(clamp) {
     if (!this.sticking || !this.place) return [];
     const from = this.place.clamp;
@@ -133,7 +133,7 @@ export class Model {
     return events;
   }
 
-  /** Move the clamp by one step, after which a tip slips that was moved too far. @type {() => Incident[]} */
+  /** Move the clamp by one step; if it passes the onset, the tip slips after the step. @type {() => Incident[]} */
   step() {
     if (!this.sticking || !this.place) return [];
     // Multiples of the step, not sums of it.
@@ -160,7 +160,7 @@ export class Model {
       this.look();
       return events;
     }
-    // Another height: the next period has a path of its own.
+    // The next period is at another height, and has another path.
     this.begin(place.clamp);
     if (!this.sticking) return events;
     this.place = placed(this.sticking, place.clamp, 0, 1);
@@ -169,7 +169,7 @@ export class Model {
     return [...events, ...more];
   }
 
-  /** Solve the state in which the rod is now, and read the load on the clamp. */
+  /** Solve the present state of the rod, and add a reading to the trace. */
   look() {
     if (!this.place) return;
     const reading = this.reading(this.place);
@@ -182,7 +182,7 @@ export class Model {
     if (this.trace.length > MOST_READINGS) this.trace.splice(0, MOST_READINGS / 3);
   }
 
-  /** What is known of a place; null where no state is found. @type {(place: Place) => Reading | null} */
+  /** State and loads at a place; null if no state is found. @type {(place: Place) => Reading | null} */
   reading(place) {
     if (!this.sticking) return null;
     const { path, low, high } = this.sticking;

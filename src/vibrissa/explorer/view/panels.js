@@ -14,7 +14,7 @@ export const MOST_PINS = 3;
 /** @type {(values: number[], factor: number) => number[]} */
 const scaled = (values, factor) => values.map((value) => factor * value);
 
-/** Friction −tan α required to stick, over x0, with what friction allows. */
+/** Friction −tan α required to stick, over x0, with lines at ±μ0. */
 export class StickingPlot {
   /** @param {SVGSVGElement} svg */
   constructor(svg) {
@@ -105,7 +105,7 @@ export class SignalPlot {
     const { low: from, high: to } = sticking;
     const values = curve[name].filter((_, i) => curve.x0[i] >= from && curve.x0[i] <= to);
     if (name !== "fy" && trace.some((row) => row.fx > 0)) values.push(...values.map((value) => -value));
-    // On an oblique stage each period has a path of its own.
+    // On an oblique stage each period has another path.
     values.push(...trace.map((row) => row[name]));
     values.push(...(recording?.[name] ?? []).filter(Number.isFinite), ...(name === "fy" ? [] : [0]));
     const [low, high] = [Math.min(...values), Math.max(...values)];
@@ -123,7 +123,7 @@ export class SignalPlot {
   }
 }
 
-/** What a tip does, over taper and friction. */
+/** Regimes of the tip, over taper and friction. */
 export class RegimePlot {
   /** @param {SVGSVGElement} svg */
   constructor(svg) {

@@ -1,4 +1,4 @@
-// A plot with axes: lines, marks and labels by name, each moved and not drawn anew; values at the pointer.
+// A plot with axes: named lines, marks and labels, which are updated in place; values at the pointer.
 
 import { drawn, Parts, pathThrough, set, significant, spelled, ticks, withoutNoise } from "./svg.js";
 
@@ -38,7 +38,7 @@ export class Plot {
     svg.addEventListener("pointerleave", () => this.hover(null));
   }
 
-  /** Take the size that the page gives the drawing; ask before drawing, as it costs a layout. */
+  /** Take over the size of the drawing on the page; call it before drawing, as it costs a layout. */
   resize() {
     const { clientWidth, clientHeight } = this.svg;
     this.width = clientWidth || this.width;
@@ -81,7 +81,7 @@ export class Plot {
     };
   }
 
-  /** Set the values at the edges, and draw the axes where these have changed. @type {(frame: Frame) => void} */
+  /** Set the values at the edges; if they have changed, draw the axes. @type {(frame: Frame) => void} */
   setFrame(frame) {
     const key = [frame.left, frame.right, frame.low, frame.high, this.width, this.height].join();
     if (key === this.key) return;
@@ -111,7 +111,7 @@ export class Plot {
   line(name, x, y) {
     const { low, high } = this.frame;
     const span = high - low;
-    // What lies far outside would make a drawing of any size.
+    // Points far outside would make the drawing arbitrarily large.
     const seen = y.map((value) => (value > high + span || value < low - span ? NaN : value));
     const [px, py] = [x.map((value) => this.x(value)), seen.map((value) => this.y(value))];
     this.lines.path(name, pathThrough(px, py));
@@ -137,7 +137,7 @@ export class Plot {
     return x >= left && x <= right && y >= low && y <= high;
   }
 
-  /** Draw a point, none where it is outside. @type {(name: string, x: number, y: number, radius: number) => void} */
+  /** Draw a point, unless it is outside. @type {(name: string, x: number, y: number, radius: number) => void} */
   mark(name, x, y, radius) {
     const inside = this.isInside(x, y);
     const [cx, cy] = inside ? [this.x(x), this.y(y)] : [0, 0];
@@ -145,7 +145,7 @@ export class Plot {
   }
 
   /**
-   * Write beside a point, nothing where it is outside, and within the width of the drawing.
+   * Write a text beside a point, unless it is outside; the text stays within the width of the drawing.
    * @type {(name: string, x: number, y: number, text: string, shift?: { dx?: number, dy?: number, end?: boolean }) => void}
    */
   label(name, x, y, text, { dx = 0, dy = 0, end = false } = {}) {

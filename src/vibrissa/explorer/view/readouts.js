@@ -26,7 +26,7 @@ export function onsetOf({ high, highBy }) {
   return highBy === "slips" ? high : NaN;
 }
 
-/** The last multiple of a step that an onset does not pass. @type {(onset: number, step: number) => number} */
+/** The largest multiple of a step that does not pass an onset. @type {(onset: number, step: number) => number} */
 export function lastStep(onset, step) {
   // An onset is known to about 1e-12: a step that ends on it counts.
   return Math.floor((onset + 1e-12) / step) * step;

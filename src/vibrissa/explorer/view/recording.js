@@ -11,8 +11,8 @@ export const COLUMNS = [
 ];
 
 /**
- * Read a recording: a header such as `footpoint [mm],force_x [N]`, and a row for each sample. Columns that
- * have a unit are those of the whisker.
+ * Read a recording: a header such as `footpoint [mm],force_x [N]`, and a row for each sample. The whisker
+ * converts columns with a unit to nondimensional values.
  * @type {(name: string, text: string, whisker: Whisker) => { recording: Recording } | { message: string }}
  */
 export function readRecording(name, text, whisker) {
@@ -29,13 +29,13 @@ export function readRecording(name, text, whisker) {
     const unit = pattern.exec(titles[index])?.[1]?.trim() ?? "";
     const factor = factorOf(unit, quantity, whisker);
     if (Number.isNaN(factor)) {
-      return { message: `${name}: “${unit}” is not a unit of ${quantity} that is known here` };
+      return { message: `${name}: “${unit}” is not a known unit of ${quantity}` };
     }
     found.push({ key, index, factor });
   }
   if (found[0]?.key !== "clamp" || found.length < 2) {
     const wanted = COLUMNS.map(([, title]) => title).join(", ");
-    return { message: `${name}: the first line must name columns out of ${wanted}; footpoint is needed` };
+    return { message: `${name}: the first line must name two or more of the columns ${wanted}; footpoint is required` };
   }
   for (const [number, row] of rows.entries()) {
     if (!row.trim()) continue;
@@ -50,5 +50,5 @@ export function readRecording(name, text, whisker) {
     }
   }
   const any = recording.clamp.some(Number.isFinite);
-  return any ? { recording } : { message: `${name}: there is no sample in it` };
+  return any ? { recording } : { message: `${name}: the file has no samples` };
 }

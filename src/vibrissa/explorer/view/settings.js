@@ -1,4 +1,4 @@
-// What a user sets, and the same as text in the page's address.
+// The settings of a user: fields with their ranges, and settings as text in the page's address.
 
 /** @type {Settings} */
 export const DEFAULTS = {
@@ -32,7 +32,7 @@ export const NUMBERS = [
   { key: "mu0", symbol: "μ0", label: "static friction", min: 0.02, max: 2, step: 0.005,
     help: "Coefficient of static friction. The tip sticks while −tan α is less than μ0." },
   { key: "dx0", symbol: "Δx0", label: "step of the clamp", min: 0.0001, max: 0.05, step: 0.0001, unit: "L",
-    help: "How far Play, Step and the arrow keys move the clamp at a time." },
+    help: "Distance by which Play, Step and the arrow keys move the clamp at a time." },
   { key: "ratio", symbol: "μk/μ0", label: "kinetic over static friction", min: 0.05, max: 1, step: 0.01,
     help: "Friction of a sliding tip, as a share of static friction." },
 ];
@@ -40,15 +40,15 @@ export const NUMBERS = [
 /** @type {NumberField[]} */
 export const MOUNTING_NUMBERS = [
   { key: "beta", symbol: "β", label: "inclination of the clamp", min: -20, max: 20, step: 0.1, unit: "°",
-    help: "Positive where the rod leans back, away from its motion." },
+    help: "Positive if the rod leans back, against the motion of the clamp." },
   { key: "compliance", symbol: "c", label: "rotational compliance", min: 0, max: 0.5, step: 0.005, unit: "L/EI0",
     help: "Angle by which the clamp turns for each unit of moment. 0 is a rigid clamp." },
   { key: "kappa0", symbol: "κ0", label: "natural curvature at the clamp", min: -1, max: 1, step: 0.01, unit: "1/L",
-    help: "Curvature of the unloaded rod. Negative: curved away from the surface." },
+    help: "Curvature of the unloaded rod. A rod with negative curvature bends away from the surface." },
   { key: "kappa1", symbol: "κ1", label: "increase of κ0 up to the tip", min: -1, max: 1, step: 0.01, unit: "1/L",
     help: "The natural curvature changes linearly from κ0 at the clamp to κ0 + κ1 at the tip." },
   { key: "delta", symbol: "δ", label: "angle of the stage", min: -6, max: 6, step: 0.1, unit: "°",
-    help: "Positive where the clamp approaches the surface as it moves. Each period then differs; its slip is not animated." },
+    help: "Positive if the clamp approaches the surface as it moves. Each period then differs; slips are not animated." },
 ];
 
 /** @type {NumberField[]} */
@@ -67,7 +67,7 @@ export const CHOICES = [
     help: "Tip: only the tip touches, as in the paper. Line: the rod may lie down on the surface." },
   { key: "section", label: "Section", words: [["round", "Round"], ["planar", "Planar"]],
     help: "A round rod buckles laterally once its clamp passes the tip. A planar one stays in its plane." },
-  { key: "law", label: "Slip stops where", help: "What ends a slip. The first is the paper’s assumption.",
+  { key: "law", label: "Slip stops where", help: "Condition that ends a slip. The first one is the paper’s assumption.",
     words: [["free", "the tangential force is zero"], ["kinetic", "kinetic friction holds"], ["energy", "its energy is spent"]] },
   { key: "units", label: "Units", words: [["none", "L, E·I0"], ["si", "SI"]],
     help: "Units of the model, or SI units of a rod that you describe." },
@@ -101,7 +101,7 @@ export function toAddress({ settings, clamp, x0, side, pins }) {
 }
 
 /**
- * The inverse, with what is not allowed; null where the text is none of the explorer's.
+ * Read the text after the # of an address; `mistakes` lists invalid values. null if the text has no settings.
  * @type {(text: string) => (Shared & { mistakes: string[] }) | null}
  */
 export function fromAddress(text) {
@@ -137,7 +137,7 @@ export function fromAddress(text) {
 }
 
 /**
- * Read a number as it is typed, with a decimal point or comma; `mistake` is empty where it is allowed.
+ * Read a typed number, with a decimal point or comma; `mistake` is empty if the number is allowed.
  * @type {(text: string, field: NumberField) => { value: number, mistake: string }}
  */
 export function numberOf(text, { min, max }) {

@@ -2,7 +2,7 @@
 
 import { drawn, Parts, pathThrough, set, spelled, ticks } from "./svg.js";
 
-/** Half of the base's diameter, and the clamp's size, in parts of L; exaggerated. */
+/** Half of the base's diameter, and half of the clamp's width, both exaggerated (L). */
 const HALF_BASE = 0.016;
 const HALF_CLAMP = 0.045;
 /** Room above the surface, below the clamp and to both sides (L); the ruler's depth below the clamp. */
@@ -10,7 +10,7 @@ const ABOVE = 0.12;
 const BELOW = 0.25;
 const BESIDE = 0.12;
 const RULER = 0.15;
-/** Where in the window the clamp is kept, from its left edge, as far as the whole rod is in it. */
+/** Range of the clamp's position in the window, as fractions of its width; the whole rod has priority. */
 const KEPT = { from: 0.2, to: 0.55 };
 const ARROW = 0.25;
 const CONE = 0.3;
@@ -39,7 +39,7 @@ export class Stage {
     this.key = "";
   }
 
-  /** Take the size that the page gives the drawing. */
+  /** Take over the size of the drawing on the page. */
   resize() {
     this.width = this.svg.clientWidth || this.width;
     this.height = this.svg.clientHeight || this.height;
@@ -80,7 +80,7 @@ export class Stage {
     const under = 1.2 * HALF_CLAMP * this.scale;
     const rail = [0, this.width].map((x) => base.y + under - slope * (x - base.x));
     this.parts.path("rail", delta === 0 ? "M0 0" : `M0 ${rail[0]}L${this.width} ${rail[1]}`);
-    // Where the rod lies on the surface, the contact point is before its tip.
+    // If the rod lies on the surface, the contact point is at s_c, before the tip.
     const contact = { x: this.x(now.contact - side * (1 - now.sc)), y: this.top };
     set(this.contact, { cx: contact.x, cy: contact.y });
     this.contact.classList.toggle("slides", scene.slides);
@@ -92,7 +92,7 @@ export class Stage {
   }
 
   /**
-   * Fit the window to the rod, move it after the clamp, and draw what rests in it where it has changed.
+   * Fit the window to the rod, and let it follow the clamp; draw surface and ruler if the window has changed.
    * @type {(scene: Scene, rod: { x: Float64Array, y: Float64Array }, clamp: number, rise: number) => void}
    */
   look({ settings: { eta }, length }, { x, y }, clamp, rise) {
@@ -100,7 +100,7 @@ export class Stage {
     const above = Math.max(ABOVE, Math.max(...y) - eta + HALF_CLAMP);
     const below = Math.max(0, -rise);
     const [from, to] = [Math.min(clamp, ...x) - BESIDE, Math.max(clamp, ...x) + BESIDE];
-    // As wide as the rod can reach, so that the scale stays while the clamp moves.
+    // Wide enough for the reach of the rod, so that the scale stays constant while the clamp moves.
     const reach = Math.sqrt(1 - eta ** 2) + 0.3 + 2 * BESIDE;
     const tall = eta + above + below + BELOW;
     this.scale = Math.min(this.height / tall, this.width / Math.max(reach, to - from));
@@ -166,7 +166,7 @@ export class Stage {
   }
 
   /**
-   * The force of the surface on the rod, and the cone in which friction can hold it; where the arrow ends.
+   * Draw the force of the surface on the rod, and the friction cone; returns the end of the arrow.
    * @type {(scene: Scene, contact: { x: number, y: number }) => { x: number, y: number }}
    */
   drawForce({ settings: { mu0 }, now, unit }, { x, y }) {

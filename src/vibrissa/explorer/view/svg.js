@@ -19,12 +19,12 @@ export function set(node, attributes) {
   for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, String(value));
 }
 
-/** Write a text where it changes, as each writing costs a layout. @type {(node: Element, text: string) => void} */
+/** Write a text if it has changed, as each writing costs a layout. @type {(node: Element, text: string) => void} */
 export function write(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
-/** Elements of a drawing by name: each is added when it is first drawn, and moved from then on. */
+/** Elements of a drawing by name: each is added when it is first drawn, and updated later. */
 export class Parts {
   /** @param {Element} parent */
   constructor(parent) {
@@ -44,7 +44,7 @@ export class Parts {
     return made;
   }
 
-  /** Draw a path where it is another one than before. @type {(name: string, d: string) => void} */
+  /** Draw a path, if it has changed. @type {(name: string, d: string) => void} */
   path(name, d) {
     if (this.isNew(name, d)) set(this.part(name, "path"), { d });
   }
@@ -66,7 +66,7 @@ export class Parts {
 }
 
 /**
- * Path through points; one that is NaN lifts the pen.
+ * Path through points, with a gap at each NaN.
  * @type {(x: ArrayLike<number>, y: ArrayLike<number>) => string}
  */
 export function pathThrough(x, y) {
@@ -82,7 +82,7 @@ export function pathThrough(x, y) {
 }
 
 /**
- * A number with so many digits after the point and a real minus sign; a dash where there is none.
+ * A number with `digits` digits after the point and a typographic minus sign; a dash for NaN.
  * @type {(value: number, digits: number) => string}
  */
 export function spelled(value, digits) {
@@ -100,13 +100,13 @@ export function significant(value) {
   return spelled(value, Math.max(0, 3 - size));
 }
 
-/** A nondimensional value, 0 where it differs from it by rounding errors alone. @type {(value: number) => number} */
+/** A nondimensional value; 0 if it is a rounding error. @type {(value: number) => number} */
 export function withoutNoise(value) {
   return Math.abs(value) < NOISE ? 0 : value;
 }
 
 /**
- * Round values that divide a span into at most so many parts.
+ * Round values that divide a span into at most `most` parts.
  * @type {(low: number, high: number, most: number) => { values: number[], digits: number }}
  */
 export function ticks(low, high, most) {

@@ -11,7 +11,10 @@ export function plainName(name) {
   return name.replace("²", "^2").replaceAll("·", "*").replace("µ", "u").replace("°", "deg");
 }
 
-/** A length, force and moment of 1 in mm, N and N·mm. @type {(whisker: Whisker) => Record<"length" | "force" | "moment", number>} */
+/**
+ * The units L, E·I0/L² and E·I0/L in mm, N and N·mm.
+ * @type {(whisker: Whisker) => Record<"length" | "force" | "moment", number>}
+ */
 function scalesOf({ modulus, diameter, length }) {
   // GPa = 10³ N/mm²
   const stiffness = (1e3 * modulus * Math.PI * diameter ** 4) / 64;
@@ -53,8 +56,8 @@ const KNOWN = {
 };
 
 /**
- * Factor from a unit, as a recording writes it, to nondimensional values of a rod; none is needed where
- * the unit is empty. NaN where the unit is not one of this quantity.
+ * Factor from a unit, as a recording writes it, to nondimensional values of a rod; 1 if the unit is empty,
+ * NaN if it is not a unit of this quantity.
  * @type {(unit: string, quantity: Quantity, whisker: Whisker) => number}
  */
 export function factorOf(unit, quantity, whisker) {

@@ -1,4 +1,4 @@
-// What happens, in words.
+// Messages: events, conditions and parameters in words.
 
 import { isMirrored } from "../solver/motion.js";
 import { CHOICES, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
@@ -7,7 +7,7 @@ import { spelled } from "./svg.js";
 const ANEW = "The model starts again at α = 0.";
 
 /**
- * What happened; `length` spells a length with its unit.
+ * The message for an event; `length` formats a length with its unit.
  * @type {(event: Incident, sticking: Sticking, length: (x0: number) => string) => string}
  */
 export function told(event, { path, friction }, length) {
@@ -46,7 +46,7 @@ export function told(event, { path, friction }, length) {
   }
 }
 
-/** How the rod is. @type {(sticking: Sticking, reading: Reading) => string} */
+/** Condition of the rod: it sticks, is pulled, lies on the surface, ... @type {(sticking: Sticking, reading: Reading) => string} */
 export function condition(sticking, { x0, side, state }) {
   const parts = [x0 > sticking.lock ? "locked" : "sticks"];
   if (x0 < 0) parts.push(side > 0 ? "pulled" : "dragged");
@@ -73,14 +73,14 @@ export function mounted(settings) {
   return deviations(settings).join(", ") || "ideal: upright rigid clamp, straight rod, level stage";
 }
 
-/** A rod in a few signs, as the legend of its curve. @type {(settings: Settings) => string} */
+/** A short name of a rod, for the legend of its curve. @type {(settings: Settings) => string} */
 export function rodName(settings) {
   const contact = settings.contact === "line" ? ["line contact"] : [];
   const section = settings.section === "planar" ? ["planar"] : [];
   return [...named(NUMBERS.slice(0, 2), settings), ...contact, ...section, ...deviations(settings)].join(", ");
 }
 
-/** All parameters, as the title of what is taken along. @type {(settings: Settings) => string} */
+/** All parameters, as the title of an export. @type {(settings: Settings) => string} */
 export function parameters(settings) {
   const { law, units } = settings;
   const numbers = NUMBERS.filter(({ key }) => key !== "ratio" || law !== "free");

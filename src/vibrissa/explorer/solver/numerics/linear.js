@@ -20,7 +20,7 @@ export function factorised(matrix, size) {
 }
 
 /**
- * Move the row with the largest entry of a column to the diagonal: by how much the sign changes.
+ * Move the row with the largest entry of a column to the diagonal; returns -1 if two rows were exchanged, else 1.
  * @type {(matrix: Float64Array, order: Int32Array, size: number, k: number) => number}
  */
 function pivoted(matrix, order, size, k) {
@@ -39,7 +39,7 @@ function pivoted(matrix, order, size, k) {
 }
 
 /**
- * Solve a system with a factorised matrix; the solution is not finite where that is singular.
+ * Solve a system with a factorised matrix; the solution is not finite if the matrix is singular.
  * @type {(factors: Factors, right: Float64Array) => Float64Array}
  */
 export function solved({ size, rows, order }, right) {

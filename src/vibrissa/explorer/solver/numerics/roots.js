@@ -3,8 +3,8 @@
 const MOST_SECANTS = 60;
 
 /**
- * Brent's idea, kept simple: the secant where it falls well inside, else the middle. A value on the way
- * that is NaN ends the search, with NaN; the tolerance is that of the place.
+ * Find a root by the Illinois method: secants, and at times the middle of the bracket. Returns NaN if a
+ * value is NaN; `tolerance` is the accuracy of the place.
  * @type {(value: (at: number) => number, low: number, high: number, valueLow: number, valueHigh: number,
  *   tolerance: number) => number}
  */
@@ -20,7 +20,7 @@ export function bracketedRoot(value, low, high, valueLow, valueHigh, tolerance) 
     if (found === 0 || Number.isNaN(found)) return Number.isNaN(found) ? NaN : at;
     if (found > 0 === fb > 0) {
       [b, fb] = [at, found];
-      // Illinois: an end that stays twice counts half.
+      // Halve the value at an end that stays twice.
       if (side === 1) fa *= 0.5;
       side = 1;
     } else {

@@ -12,7 +12,10 @@ export function legendre(count, at) {
   return values;
 }
 
-/** Their integrals from 0 to the place, one fewer. @type {(values: Float64Array, at: number) => Float64Array} */
+/**
+ * Integrals of all but the last of these polynomials, from 0 to the place.
+ * @type {(values: Float64Array, at: number) => Float64Array}
+ */
 export function legendreIntegrals(values, at) {
   const integrals = new Float64Array(values.length - 1);
   integrals[0] = at;
@@ -25,7 +28,7 @@ export function legendreIntegrals(values, at) {
 /** @type {Map<number, Rule>} */
 const rules = new Map();
 
-/** The rule with a number of nodes; each is made once. @type {(count: number) => Rule} */
+/** Gauss–Legendre rule with a number of nodes, cached. @type {(count: number) => Rule} */
 export function gaussRule(count) {
   const known = rules.get(count);
   if (known) return known;

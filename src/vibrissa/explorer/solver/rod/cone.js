@@ -1,7 +1,7 @@
 // The free part of the rod, a cone, in its bending coordinate τ: (1) and (5) of docs/model.md.
 
 /**
- * Inverse diameter g + b·τ of the free part, in units of that of the tip: (5) of docs/model.md.
+ * Coefficients of g + b·τ, which is proportional to the inverse diameter of the free part: (5) of docs/model.md.
  * @type {(theta: number, sc: number) => { g: number, b: number }}
  */
 function inverseDiameter(theta, sc) {

@@ -1,10 +1,10 @@
-// How a rod is mounted: its clamp, its natural curvature, the way of its stage: docs/mounting.md.
+// Mounting of a rod: its clamp, its natural curvature, the path of its stage. See docs/mounting.md.
 
 /** @type {Mounting} */
 export const IDEAL = { angle: 0, compliance: 0, curvature: [0], stage: 0 };
 /** Slope of the rod at an upright, rigid clamp. */
 export const CLAMP_SLOPE = Math.PI / 2;
-/** Parts of a tail over which its natural shape is integrated. */
+/** Number of intervals over which the natural shape of a tail is integrated. */
 const TAIL_PARTS = 16;
 
 /** @type {(mounting: Mounting) => boolean} */
@@ -29,7 +29,7 @@ export function naturalSlope({ angle, curvature }, s) {
 }
 
 /**
- * A mounting that differs from the ideal one by a part of this one; the stage has no part in it.
+ * Mounting with a share of the deviations of clamp and rod from the ideal; the stage stays the same.
  * @type {(mounting: Mounting, share: number) => Mounting}
  */
 export function scaledMounting({ angle, compliance, curvature, stage }, share) {
@@ -42,7 +42,7 @@ export function scaledMounting({ angle, compliance, curvature, stage }, share) {
 }
 
 /**
- * The unloaded tail of a rod that touches the surface tangentially at the arc length `from`, seen from there.
+ * Natural shape of a tail between arc lengths, in axes along the rod at `from` and normal to it.
  * @type {(mounting: Mounting, from: number, to: number) => { along: number, up: number, turn: number }}
  */
 export function tailOf(mounting, from, to) {

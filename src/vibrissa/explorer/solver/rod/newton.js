@@ -5,11 +5,11 @@ import { isStraight, naturalCurvature } from "./mounting.js";
 import { factorised, product, solved } from "../numerics/linear.js";
 
 const MOST_ITERATIONS = 14;
-/** The next correction, as small as the last two let expect, that is not needed; of angles in rad. */
+/** Size that the last two corrections predict for the next one, below which it is not needed (rad for angles). */
 const LAST_CORRECTION = 1e-12;
-/** A correction of an angle larger than this leads away. */
+/** Largest correction; a larger one means divergence (rad for angles). */
 const LARGEST_CORRECTION = 4;
-/** A correction this much smaller than the one before was found with a Jacobian that still serves. */
+/** Ratio of a correction to the one before up to which the Jacobian is used again. */
 const GOOD_CONTRACTION = 0.1;
 
 /** Residuals (E1) to (E4). @type {(parts: NodeValues, unknowns: Float64Array, closure: Closure) => Float64Array} */
@@ -69,7 +69,7 @@ function jacobian(rod, parts, unknowns, { surface, contact, condition }) {
 }
 
 /**
- * Derivatives of `turned` by all unknowns, row by row: at the nodes and, last, at the contact point.
+ * Derivatives of `turned` with respect to all unknowns: a row for each node and, last, for the contact point.
  * @type {(rod: Rod, parts: NodeValues, unknowns: Float64Array, lies: boolean) => Float64Array}
  */
 function turnedChange(rod, parts, unknowns, lies) {
@@ -122,8 +122,8 @@ function turnedGrowth({ theta, rule, mounting }, sc, { arc, gradient, kernel }) 
 }
 
 /**
- * Newton's iteration, with one Jacobian for several corrections where they shrink fast; `near` are the
- * factors of that of a state nearby. null where it does not converge to the tolerance.
+ * Solve a state by Newton's iteration; corrections that shrink fast share one Jacobian. `near` are factors
+ * of the Jacobian of a nearby state. Returns null if the iteration does not converge.
  * @type {(rod: Rod, guess: Float64Array, closure: Closure, near?: Factors | null, tolerance?: number)
  *   => State | null}
  */
@@ -141,7 +141,7 @@ export function solvedState(rod, guess, closure, near = null, tolerance = LAST_C
     const largest = corrected(unknowns, change);
     if (!(largest < LARGEST_CORRECTION) || !(unknowns[size - 1] > 0)) return null;
     if (contact === "point") unknowns[size - 1] = 1;
-    // Factors from elsewhere tell nothing of the next correction yet; Newton's own square it.
+    // With factors of another state, the first correction predicts nothing; with its own, the next is its square.
     const contraction = step > 0 ? largest / before : near ? 1 : largest;
     if (largest * Math.min(1, contraction) < tolerance) return rod.state(unknowns, contact);
     if (contraction > GOOD_CONTRACTION && (step > 0 || !near)) factors = null;
@@ -151,7 +151,7 @@ export function solvedState(rod, guess, closure, near = null, tolerance = LAST_C
 }
 
 /**
- * Derivative of the unknowns with respect to what a condition prescribes, and factors of the Jacobian.
+ * Derivative of the unknowns with respect to the value of a condition, and factors of the Jacobian.
  * @type {(rod: Rod, state: State, surface: Surface, condition: Condition)
  *   => { change: Float64Array, factors: Factors }}
  */
@@ -164,7 +164,7 @@ export function tangent(rod, { unknowns, contact }, surface, condition) {
 }
 
 /**
- * Subtract a correction: its largest change, of a slope (rad), of a force relative to it, or of s_c.
+ * Subtract a correction; returns its largest entry: of a slope (rad), of a relative force, or of s_c.
  * @type {(unknowns: Float64Array, change: Float64Array) => number}
  */
 function corrected(unknowns, change) {

@@ -12,7 +12,7 @@ import { IDEAL, isStraight, naturalSlope, tailOf } from "./mounting.js";
 import { product } from "../numerics/linear.js";
 import { gaussRule, legendre, legendreIntegrals } from "../numerics/spectral.js";
 
-/** A tapered rod: its equations on a number of nodes. */
+/** Equations of a tapered rod on a number of nodes. */
 export class Rod {
   /**
    * @param {number} theta Taper factor.
@@ -31,8 +31,8 @@ export class Rod {
   }
 
   /**
-   * Matrix of the double integral in (E1) with factors of the powers of τ in the compliance; a
-   * yielding clamp adds c·m(0), an integral of the same gradient, to each row.
+   * Matrix of the double integral in (E1), from the factors of 1, τ and τ² in the compliance. A yielding
+   * clamp adds the matrix of c·m(0), an integral of the same gradient.
    * @type {(factors: number[]) => Float64Array}
    */
   kernel(factors) {
@@ -70,7 +70,7 @@ export class Rod {
     const fy = unknowns[count + 1];
     const sc = unknowns[count + 2];
     const kernel = sc === 1 ? this.tipKernel : this.kernel(compliances(theta, sc));
-    // A straight rod has one slope before it is bent.
+    // The natural slopes of a straight rod do not depend on s_c.
     const natural = sc === 1 || this.straight ? this.tipSlopes : this.naturalSlopes(sc);
     const arc = sc === 1 ? this.tipArc : this.arcs(sc);
     const sin = new Float64Array(count);
@@ -162,7 +162,7 @@ export class Rod {
     return { s, x, y, phi };
   }
 
-  /** Slopes of its free part at arc lengths. @type {(state: State, s: Float64Array) => Float64Array} */
+  /** Slopes of the free part at arc lengths. @type {(state: State, s: Float64Array) => Float64Array} */
   slopes({ unknowns, sc }, s) {
     const phi = product(this.rule.toCoefficients, unknowns.subarray(0, this.nodes));
     return s.map((free) => {
@@ -177,7 +177,7 @@ export class Rod {
   }
 
   /**
-   * Size of the last coefficients of the slope, relative to the largest: whether the nodes suffice.
+   * Size of the last coefficients of the slope relative to the largest; it is small if the nodes suffice.
    * @type {(state: State) => number}
    */
   decay(state) {

@@ -10,14 +10,14 @@ const RIGID = 1e8;
 const POISSON = 0.3;
 
 /**
- * Whether a tip that slides without friction would stay: (M8) of docs/mounting.md is positive with
- * the height alone held.
+ * Whether a state is stable if its tip slides without friction: (M8) of docs/mounting.md is positive
+ * while only the height is held.
  * @type {(rod: Rod, state: State) => boolean}
  */
 export function slidesStably(rod, state) {
   const { nodes: count, rule, mounting } = rod;
   const { sin, cos, arc } = rod.parts(state.unknowns);
-  // One variable for each node, the root of its bending energy, and one for the turn of the clamp.
+  // Variables: the root of the bending energy at each node, and of the energy of the clamp's rotation.
   const size = count + 1;
   const root = new Float64Array(size);
   const slope = new Float64Array(count * size);
@@ -47,14 +47,14 @@ export function slidesStably(rod, state) {
   return isPositive(within(matrix, held), size);
 }
 
-/** Stiffness against a turn at the contact point of a lying rod. @type {(rod: Rod, state: State) => number} */
+/** Stiffness against rotation at the contact point in line contact. @type {(rod: Rod, state: State) => number} */
 function touchStiffness({ mounting }, { fy, sc }) {
   const curvature = naturalCurvature(mounting, sc);
   return curvature < 0 ? Math.min(RIGID, Math.max(0, fy / curvature)) : RIGID;
 }
 
 /**
- * A symmetric matrix among vectors that are normal to another, and 1 along that one.
+ * Restrict a symmetric matrix to vectors orthogonal to `normal`; along `normal` it is set to 1.
  * @type {(matrix: Float64Array, normal: Float64Array) => Float64Array}
  */
 function within(matrix, normal) {
@@ -70,11 +70,11 @@ function within(matrix, normal) {
 }
 
 /**
- * Positive where a round rod stays in its plane, zero where it swings aside: the determinant of the
- * second variation (D1) of docs/lateral.md among shapes that keep the contact point in the plane.
+ * Determinant of the second variation (D1) of docs/lateral.md for shapes that keep the contact point in the
+ * plane: positive where a round rod stays in its plane, zero where it buckles laterally.
  *
- * Variables are the roots of the energies of twist and bend at the nodes, and of the clamp's turn. So
- * the elastic energy is a unit matrix.
+ * Variables are the roots of the energies of twist and bending at the nodes, and of the clamp's rotation:
+ * the matrix of the elastic energy is then the unit matrix.
  * @type {(rod: Rod, state: State) => number}
  */
 export function marginAside(rod, state) {
@@ -117,8 +117,8 @@ export function marginAside(rod, state) {
 }
 
 /**
- * Rotations at the nodes for each variable, along the rod and across it in its plane, as matrices row by
- * row, and ω' for each twist and bend, times the weights of the nodes.
+ * Rotations ω at the nodes (rows) for each variable (columns), along the rod and across it in its plane;
+ * and ω' for each variable of twist and bending, times the weights of the nodes.
  * @type {(rod: Rod, state: State, sin: Float64Array, cos: Float64Array)
  *   => Record<"along" | "across" | "twist" | "bend", Float64Array>}
  */
@@ -149,7 +149,7 @@ function rotations(rod, state, sin, cos) {
 }
 
 /**
- * Rotation of a yielding clamp with a moment m whose energy grows by 1/2, as (D9) has it.
+ * Rotation ω(0) of a yielding clamp with the moment m, for a variable of 1: (D9) of docs/lateral.md.
  * @type {(rod: Rod, m: number) => [number, number]}
  */
 function clampTurn({ mounting }, m) {

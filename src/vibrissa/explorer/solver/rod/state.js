@@ -1,4 +1,4 @@
-// A solved state of the rod, and what is read off it.
+// Quantities of a solved state of the rod.
 
 /** Magnitude of the contact force. @type {(state: State) => number} */
 export function force(state) {
