@@ -561,12 +561,12 @@ class TestFunctions:
     @pytest.mark.parametrize(
         ("text", "message"),
         [
-            ("", "the first line must name columns"),
-            ("force_x,force_y\n1,2\n", "footpoint is needed"),
-            ("footpoint [mm]\n1\n", "the first line must name columns"),
-            ("footpoint [N],force_x\n1,2\n", "“N” is not a unit of length"),
+            ("", "the first line must name two or more of the columns"),
+            ("force_x,force_y\n1,2\n", "footpoint is required"),
+            ("footpoint [mm]\n1\n", "the first line must name two or more of the columns"),
+            ("footpoint [N],force_x\n1,2\n", "“N” is not a known unit of length"),
             ("footpoint,force_x\n1,2\n1,two\n", "line 3: “two” is not a number"),
-            ("footpoint,force_x\n\n", "there is no sample"),
+            ("footpoint,force_x\n\n", "the file has no samples"),
         ],
     )
     def test_a_file_that_is_no_recording_is_told(self, functions, text, message):
