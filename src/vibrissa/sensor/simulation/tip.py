@@ -17,7 +17,6 @@ from scipy.special import comb
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.roots import first_fall
-from vibrissa.numerics.steps import passes
 from vibrissa.sensor.response.branch import States
 from vibrissa.sensor.response.heights import Stage
 from vibrissa.sensor.surfaces import Surface
@@ -29,8 +28,10 @@ FORWARD, BACKWARD, END, PULL = range(4)
 LOOKS = 257
 # Number of steps that are searched together for the end of a period.
 BLOCK = 4096
-# Relative excess of |tan α| over μ0 at which a tip still sticks: the error of tabulated reactions.
-FULL = 1e-8
+# Relative excess of |tan α| over μ0 at which a tip still sticks, for rounding.
+FULL = 1e-9
+# Error of the end of sticking, as reactions are tabulated (L): a step up to there sticks.
+TABULATED = 1e-8
 # Largest number of slides in a slip: a tip that stops where it cannot stick slides back, less far.
 REVERSALS = 100
 # Parts of the longest possible slide, within which its end is sought, one part after the other.
@@ -177,8 +178,8 @@ class Tip:
         """
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
-        holds = -self.mu0 * (1.0 + FULL) * fy
-        return np.array([holds + fx, holds - fx, states.x0_end - x0, x0 - states.x0_pull])
+        forward, backward = fx - self.mu0 * fy, -fx - self.mu0 * fy
+        return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
 
     def exit(self, clamp: float) -> tuple[int, bool]:
         """Return the margin that ends sticking at a clamp position; whether it is past the lock."""
@@ -215,7 +216,7 @@ class Tip:
         # A tip sticks in the step of its slip; after lateral buckling it may slip at once.
         for first in range(self.begin + int(self.slipped), len(positions), BLOCK):
             some = positions[first : first + BLOCK]
-            out = np.flatnonzero(passes(some, high) | passes(-some, -low))
+            out = np.flatnonzero((some > high + TABULATED) | (some < low - TABULATED))
             if len(out):
                 step = first + int(out[0])
                 return step, high if positions[step] > high else low
