@@ -15,11 +15,11 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, half_width, step_deviation
 from vibrissa.wording import counted
 
-# Fewer samples than these do not confirm each other.
+# Least number of samples of a period that is not doubted.
 FEW = 4
 # Weights of the mean over a step, by its beginning, middle and end.
 SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
-# Lines of so many periods are named in a note.
+# Number of periods whose lines a note lists.
 NAMED = 3
 
 
@@ -40,7 +40,19 @@ class Grade(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """A reason to doubt a friction; `summed` if the summary has it, `coarse` if it ends there."""
+    """A reason to doubt the friction of some periods.
+
+    Attributes
+    ----------
+    periods : ndarray of bool, shape (p,)
+        Whether the reason applies to each period.
+    sentence : str
+        The reason.
+    summed : bool
+        Whether the summary states it, so that the notes need not.
+    coarse : bool
+        Whether the samples are too coarse, so that the summary states nothing after this reason.
+    """
 
     grade: Grade
     periods: BoolArray
@@ -55,17 +67,17 @@ class PeriodStatus(StrEnum):
     Attributes
     ----------
     SLIP
-        It ended with a slip: μ0 is known.
+        The period ended with a slip: μ0 is known.
     OPEN
-        Its end was not recorded: μ0 is at least `low`.
+        The end of the period was not recorded: μ0 is at least `low`.
     LOCK
-        The tip stuck past the lock: μ0 is above `low`, which is at most μ_lock. It did not slip, or
-        the rod buckled laterally; a recording is read up to there.
+        The tip stuck past the lock: μ0 is above `low`, which is at most μ_lock. Either the tip did
+        not slip, or the rod buckled laterally, and later rows are not used.
     UNSURE
-        Too few samples for the ratio of the forces: `low` alone is known.
+        There are too few samples for the ratio of the forces: only `low` is known.
     BEYOND
-        From its last sticking state this rod cannot slip, or the clamp went further than the tip
-        can stick, so that noise has hidden slips: μ0 is not known.
+        The tip cannot slip from the last state of this period, or the clamp went further than the
+        tip can stick, so that noise has hidden slips: μ0 is not known.
     """
 
     SLIP = "slip"
@@ -86,25 +98,24 @@ class Periods(Batch):
     first, last : ndarray of int
         Rows of the recording in which the period begins and ends.
     first_line, last_line : ndarray of int
-        Lines of the file in which these rows stand.
+        Line numbers of these rows in the file.
     contact : ndarray
         Position of the tip (L); NaN without a rod.
     footpoint : ndarray
         Position of the clamp in the last sample (L).
     mu0, deviation, low, high : ndarray
-        Static friction at the contact point, its standard deviation and its central 95 %. Where
-        only `low` is known the others are NaN.
+        Static friction at the contact point, its standard deviation, and the ends of its 95 %
+        interval. If only `low` is known, the others are NaN.
     common : ndarray
-        Part of the deviation that all periods share, from the uncertainty of the set-up; the rest
-        is independent.
+        Part of the deviation due to errors of the set-up, which all periods share.
     by_step : ndarray
-        Part of the deviation due to the stage's step.
+        Part of the deviation due to the step of the stage.
     effects : ndarray, shape (p, k)
         Change of μ0 per unit of each of k errors of the set-up.
     checks : tuple of Check
-        Reasons to doubt.
+        Reasons to doubt the friction of some periods.
     left_out : tuple of str
-        Notes, such as rows left out, and why.
+        Notes, such as rows that were left out, with the reason.
     """
 
     status: StrArray
@@ -166,11 +177,11 @@ class Periods(Batch):
         return np.array(["; ".join(doubts) for doubts in each], dtype=str)
 
     def doubted(self, *checks: Check) -> "Periods":
-        """Add reasons to doubt."""
+        """Add reasons to doubt the friction of some periods."""
         return replace(self, checks=(*self.checks, *checks))
 
     def ended(self, status: StrArray, least: FloatArray) -> "Periods":
-        """Set how the periods ended; without a slip, only `least` friction is known."""
+        """Set the status of the periods; without a slip, only their least friction is known."""
         slips = status == PeriodStatus.SLIP
         bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))
         return replace(
@@ -186,10 +197,10 @@ class Periods(Batch):
         )
 
     def on_slope(self, slope: Slope) -> "Periods":
-        """Widen the error of friction by the local slope of the surface, which mimics friction."""
+        """Add the error due to the local slope of the surface, which acts like friction."""
         if not slope.deviation > 0.0:
             return self
-        # Where there is a bound alone, it is that of the friction that was needed.
+        # If only the lower bound is known, the error is taken for this friction.
         middle = np.where(np.isnan(self.mu0), self.low, self.mu0)
         error = slope.errors(middle)
         return replace(
@@ -203,14 +214,16 @@ class Periods(Batch):
 def periods_of(
     task: Task, along: FloatArray, own: FloatArray, common: FloatArray, effects: FloatArray
 ) -> Periods:
-    """Build periods that all end with a slip, and doubt those with few or lost samples.
+    """Make periods that all end with a slip, and doubt periods with few or lost samples.
 
     Parameters
     ----------
     along : ndarray, shape (p, 3)
         Friction at the beginning, in the middle and at the end of the step in which the tip slips.
     own, common : ndarray, shape (p,)
-        Standard deviations of its errors: of each period, and shared by all.
+        Standard deviations of its errors: independent in each period, and common to all periods.
+    effects : ndarray, shape (p, k)
+        Change of μ0 per unit of each of k errors of the set-up.
     """
     recording, spans = task.recording, task.spans
     growth = np.abs(along[:, 2] - along[:, 0])
@@ -246,10 +259,11 @@ def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
     turned = came * np.where(went == 0.0, gap, went) < 0.0
     few = spans.counts < FEW
     coarse = bool(np.median(spans.counts) < 2 * FEW)
-    # If few samples are a spike, the period before did not end there. The last may be cut short.
+    # A period of few samples may be a spike; the period before then went on. The last period of a
+    # recording may be short for another reason.
     before = np.append(few[1:-1], [False, False])[: len(few)]
     finer = f"fewer than {FEW} samples in a period: sample more finely"
-    jumped = "samples are missing at its end, or the clamp jumped or turned (measure again)"
+    jumped = "samples missing at the end of the period, or a jump or turn of the clamp: measure again"
     spike = "too few samples: a spike, or a rest to be cut off (import --from, --to)"
     return [
         Check(Grade.DOUBTFUL, (lost | turned) & ~spans.passes, jumped),

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 IMPORT = "vibrissa import reads other titles, encodings, separators and decimal signs"
-# Fewer samples do not make a period and a slip.
+# Least number of samples of a recording: a period and a slip.
 FEWEST_SAMPLES = 3
 # Samples over which positions and speeds of the clamp are averaged.
 STEPS = 9
 # Second differences beyond this multiple of their standard deviation are slips, not noise.
 OUTLIER = 4.0
-# A row without a load is no farther from their median than so many median deviations.
+# A row belongs to the rows without load up to this many median deviations from their median.
 TOUCHES = 7.0
 
 
@@ -37,11 +37,11 @@ class Method(StrEnum):
     Attributes
     ----------
     MODEL
-        One contact for each period, fitted to all samples of all channels through the model of the
-        rod. Needs the moment or both forces.
+        By the model of the rod, fitted to all samples of all channels, with one contact point for
+        each period. Needs the moment or both forces.
     RATIO
-        From the ratio of the forces at the onset, by a smooth fit to the last samples, without any
-        rod.
+        By the ratio of the forces at the onset, from a smooth fit to the last samples. Needs both
+        forces, and no rod.
     """
 
     MODEL = "model"
@@ -50,8 +50,8 @@ class Method(StrEnum):
 
 # Numbers of the two forces, and of the moment.
 FORCES, MOMENT = [0, 1], 2
-# A channel that misses a value, or is saturated, in more than this part of the rows is not used
-# where the others suffice.
+# A channel that is missing or saturated in more than this part of the rows is not used if the
+# other channels suffice.
 MOST_MISSING = 0.1
 
 
@@ -111,7 +111,7 @@ class Recording(Batch):
         return replace(self, notes=(*self.notes, *notes))
 
     def naming(self, rows: Index, why: str) -> Self:
-        """Note rows that are left out."""
+        """Add a note on rows that are left out, with the reason."""
         return self.noted(*left_out(self.line[rows], why))
 
 
@@ -126,14 +126,14 @@ def read_recording(
 ) -> Recording:
     """Read a time series from a table with columns such as ``footpoint [mm],force_x [N]``.
 
-    Rows that miss a value or are saturated are left out; the notes name their lines.
+    Rows with a missing value or a saturated reading are left out; the notes list their lines.
 
     Parameters
     ----------
     source : Path or DataFrame
-        CSV, Parquet or DataFrame. Needs the column ``footpoint`` and those that the method uses
-        (``ratio``: both forces; ``model``: the moment, or both forces, or all), each with its unit.
-        A column ``time`` is optional; it must increase.
+        CSV, Parquet or DataFrame. Needs the columns ``footpoint`` and, with the method ``ratio``,
+        both forces, with ``model`` the moment, or both forces, or all; each with its unit. A column
+        ``time`` is optional; it must increase.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def read_recording(
 def _used(
     lost: BoolArray, table: series.Table, method: Method
 ) -> tuple[list[int], tuple[str, ...]]:
-    """Choose the channels to use; note those present that are not used.
+    """Choose the channels to use, and write notes on recorded channels that are not used.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def _used(
             f"{', '.join(table.columns)}. {IMPORT}"
         )
     part = lost.mean(axis=0)
-    # No row is left out for a moment that the ratio does not need.
+    # The ratio needs no moment: no row is left out for a missing moment.
     allowed = np.array([1.0, 1.0, 0.0] if method is Method.RATIO else [MOST_MISSING] * 3)
     used = [i for i in there if part[i] <= allowed[i]]
     if not suffices(used):
@@ -206,14 +206,14 @@ def suffices(channels: Sequence[int]) -> bool:
 
 
 def _scanned(recording: Recording, used: list[int]) -> Recording:
-    """Leave out the ends of a recording that are no scan, and note them."""
+    """Leave out the rows before and after the scan, and note them."""
     rows, loaded = np.arange(len(recording)), touching(recording.readings[:, used])
     air = recording.readings[slice(loaded.start) if loaded.start else slice(loaded.stop, None)]
     kept = rows[loaded][moving(recording.clamp[loaded])]
     free, rest = np.delete(rows, loaded), np.setdiff1d(rows[loaded], kept)
     recording = recording.naming(free, "no load: nothing touches the surface")
     recording = recording.naming(rest, "the clamp rests before or after the scan").take(kept)
-    # As the rod touches, or leaves, the load is not zero.
+    # Rows during touch-down and lift-off have a load.
     off = np.abs(air - np.median(air, axis=0)) if len(air) else air
     air = air[~(off > TOUCHES * np.median(off, axis=0)).any(axis=1)] if len(air) else air
     if not len(air):
@@ -233,7 +233,7 @@ def _zeros(table: series.Table) -> dict[str, str]:
 
 
 def units_of(source: "Path | DataFrame") -> Units:
-    """Units of a recording without a rod: its own, or SI units."""
+    """Units of results without a rod: nondimensional if the recording is, otherwise SI."""
     units = _table(source, ["footpoint"]).units
     wished = wished_units(*(f"1 {unit}" for unit in units.values()))
     return Units(si=units.get("footpoint") != Kind.LENGTH.own, wished=wished)
@@ -252,7 +252,7 @@ def _table(
 
 
 def _interval(table: series.Table) -> float:
-    """Give the usual time from row to row (s); NaN where it is not known."""
+    """Return the median time from row to row (s); NaN if it is not known."""
     steps = np.diff(table.columns.get("time", np.empty(0)))
     late = ~(steps > 0.0)
     if late.any():
@@ -267,7 +267,7 @@ def _interval(table: series.Table) -> float:
 
 
 def _nondimensional(table: series.Table, name: str, kind: Kind, units: Units) -> FloatArray:
-    """Convert a column from its unit."""
+    """Convert a column with a unit to nondimensional values."""
     if name not in table.units:
         raise RecordingError(f"{table.source}: {name} needs its unit, as in '{name} [mm]'")
     factor = units.column_factor(table.units[name], kind, f"{table.source}: {name}")
@@ -275,7 +275,7 @@ def _nondimensional(table: series.Table, name: str, kind: Kind, units: Units) ->
 
 
 def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
-    """Name rows that are left out; empty if there are none."""
+    """Write a note that lists rows which are left out; no note if there are none."""
     if not len(lines):
         return ()
     shown = ", ".join(str(line) for line in lines[:5]) + (", ..." if len(lines) > 5 else "")

@@ -1,7 +1,8 @@
-"""Slips of a recording, found once for both methods: the load falls against the motion.
+"""Slips of a recording, found once for both methods: sudden falls of the load.
 
-Within a period the load, counted against the motion, only rises, as sticking is stable. A fall
-from peak to trough by more than noise is a slip; samples between them are of neither period.
+The load is counted against the motion of the clamp. Within a period it only rises, as sticking is
+stable. A fall by more than noise is a slip; samples between its peak and its trough belong to no
+period.
 """
 
 from dataclasses import dataclass, replace
@@ -14,33 +15,32 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.recording import FORCES, MOMENT, Recording, noise_of
 
-# A fall by so many standard deviations of one reading is a slip: of 10^5 samples with hardly any
-# load from one to the next, one recording in ten shows it by chance.
+# A fall by this many standard deviations of one reading is a slip. In 10^5 samples whose load
+# hardly changes from one to the next, noise makes such a fall in one recording of ten.
 FALL = 8.0
-# Within a slip: a fall from one sample to the next that is none of noise, in standard deviations.
+# Least fall from one sample to the next within a slip, in standard deviations, that is not noise.
 STEP_FALL = 5.0
-# Signs with which channels rise in a slip while the clamp moves forward; fy may do either.
+# Signs of the changes of fx, fy and m in a slip while the clamp moves forward; fy has either sign.
 FALLING = np.array([1.0, np.nan, -1.0])
-# A sample this many standard deviations from the mean of its neighbours, which agree, is a spike.
+# Distance of a spike from the mean of its neighbours, in standard deviations.
 SPIKE = 8.0
-# Usual steps from which on a step is longer than usual, and from which on samples were lost.
+# Length of a step, in usual steps, above which it is long, and above which samples were lost.
 LONG, LOST = 1.5, 10.0
-# Over a longer step a tip that sticks on makes the load rise by more than this part of what it
-# usually does; one that slips once or more does not.
+# If the tip sticks over a long step, the load rises by more than this part of the usual rise over
+# such a distance; if the tip slips, it rises by less.
 STICKS_ON = 0.5
-# After a slip fx keeps its sign, or turns round a little. Where it turns round to this part of what
-# it was, and fy stays as large as this part, the rod has swung out of its plane.
+# After a slip fx has its old sign, or the other sign with a small value. If fx has the other sign
+# and more than the part TURNED of its size, and fy the part PRESSED, the rod has buckled laterally.
 TURNED, PRESSED = 0.7, 0.85
-# Part of the steps of a clamp of which more than this rest: it moves in steps, its positions have
-# no noise.
+# If the clamp rests in more than this part of the steps, its positions have no noise.
 RESTS = 0.1
 # Part of a step that is rounding, not noise of the positions.
 EVEN = 1e-3
-# So many rows between two periods may be those of one slip.
+# Largest number of rows between two periods that may belong to a single slip.
 MOST_BETWEEN = 10
-# A rise that is none.
+# Least rise of the load, in standard deviations, by which a channel is weighted.
 TINY = 1e-9
-# A step that differs from the usual one by so many standard deviations of a position is another.
+# Difference of a step from the usual step, in standard deviations of a position, that is not noise.
 ANOTHER = 6.0
 
 
@@ -51,13 +51,13 @@ class Spans(Batch):
     Attributes
     ----------
     begins, ends : ndarray of int
-        First and last row in which the tip sticks. Rows between two periods are of neither.
+        First and last row in which the tip sticks. Rows between two periods belong to no period.
     after : ndarray of int
-        Row in which the slip that ends the period shows; the last row where none does.
+        First row that shows the slip at the end of the period; the last row if there is none.
     cut : ndarray of bool
-        Whether it ends where samples are missing and no slip is seen.
+        Whether the period ends where samples are missing, without a visible slip.
     passes : ndarray of bool
-        Whether a new pass begins after it: the clamp went back unseen.
+        Whether a new pass begins after the period: the clamp went back without being recorded.
     swung : ndarray of bool
         Whether the rod buckles laterally at the end of the period.
     """
@@ -76,7 +76,7 @@ class Spans(Batch):
 
     @property
     def between(self) -> IntArray:
-        """Rows between two periods, if more than a usual period has and than `MOST_BETWEEN`."""
+        """Rows between periods, where more than a usual period has and more than MOST_BETWEEN."""
         rows = [
             np.arange(last + 1, first)
             for last, first in zip(self.ends, self.begins[1:], strict=False)
@@ -91,7 +91,7 @@ class Spans(Batch):
 
     @property
     def rows(self) -> tuple[IntArray, IntArray]:
-        """Rows of all periods, and the number of the period of each."""
+        """Rows of all periods, and the number of the period of each row."""
         counts = self.counts
         period = np.repeat(np.arange(len(counts)), counts)
         first = self.begins - np.cumsum(counts) + counts
@@ -100,14 +100,15 @@ class Spans(Batch):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Ends(Batch):
-    """How p periods end, each field an array of shape (p,).
+    """The ends of p periods, each field an array of shape (p,).
 
     Attributes
     ----------
     clamp, gap : ndarray
-        Position of the clamp in the last sample, and its travel to the first after the slip (L).
+        Position of the clamp in the last sample of the period, and its travel from there to the
+        first sample after the slip (L).
     sign : ndarray
-        1 where the clamp moves forward as the tip slips, -1 where backward.
+        1 if the clamp moves forward at the slip, −1 if it moves backward.
     """
 
     clamp: FloatArray
@@ -126,36 +127,36 @@ def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
     before, middle, after = readings[:-2], readings[1:-1], readings[2:]
     off = np.abs(middle - 0.5 * (after + before))
     lone = np.pad((off > SPIKE) & (off > 2.0 * np.abs(after - before)), ((1, 1), (0, 0)))
-    # Where each sample is off its neighbours the tip slips at every other one.
+    # If successive samples are all far from their neighbours, the tip slips in every other step.
     alone = lone[1:-1] & ~(lone[2:] | lone[:-2])
-    # Where the clamp turns the load has a peak, and where a slip follows.
+    # The load also has a peak where the clamp turns, and where a slip follows.
     way = direction(clamp)
     peak = ((after - before) * FALLING * way[:-1, None] > FALL).any(axis=1) | (way[1:] != way[:-1])
     return np.pad(alone.any(axis=1) & ~peak, 1)
 
 
 def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
-    """First and last rows of the periods between falls of the load by more than `FALL`."""
+    """Find the first and last rows of periods, between falls of the load by more than `FALL`."""
     load = -np.cumsum(np.append(0.0, falls))
-    # A fall may begin in the first row, before which the load was less.
+    # A fall may begin in the first row: a lower load before that row makes it a peak.
     peaks = find_peaks(np.append(-np.inf, load), prominence=FALL)[0] - 1
     begins, ends = [0], []
     for peak, rest in zip(peaks.tolist(), np.split(load, peaks)[1:], strict=True):
-        # Of peaks of the same height that are next to each other the last one counts.
+        # Of neighbouring peaks of the same height only the last one counts.
         if rest[0] - rest.min() <= FALL:
             continue
         trough = peak + int(rest.argmin())
         large = np.flatnonzero(falls[peak:trough] > STEP_FALL)
-        # Noise moves a peak by some samples, but not the large fall between two of them.
+        # Noise may shift the peak by some samples, but not the large fall between two samples.
         ends.append(peak + int(large[0]) if len(large) else peak)
         begins.append(peak + int(large[-1]) + 1 if len(large) else trough)
     return np.array(begins), np.array([*ends, len(falls)])
 
 
 def _spans(clamp: FloatArray, falls: FloatArray) -> Spans:
-    """Find the periods, at least one; single samples are left out.
+    """Find the periods, at least one; periods of a single sample are left out.
 
-    Also cut where samples are missing and the load has risen by too little for sticking.
+    A period is also cut where samples are missing and the load rises too little for sticking.
     """
     begins, ends = _slips(falls)
     steps, usual = np.abs(np.diff(clamp)), usual_step(clamp)
@@ -163,11 +164,11 @@ def _spans(clamp: FloatArray, falls: FloatArray) -> Spans:
     rise = np.median(-falls[moves] / steps[moves]) * steps if moves.any() else steps
     short = rise + falls > np.maximum(FALL, STICKS_ON * rise)
     rows = np.flatnonzero(short & (steps > LONG * usual))
-    # Between two periods lies a slip that is seen.
+    # Long steps between two periods belong to a slip that was found.
     last = rows[rows < ends[np.searchsorted(begins, rows, side="right") - 1]]
     ends = np.sort(np.append(ends, last))
     after = np.minimum(ends + 1, len(clamp) - 1)
-    # Within one step over many of the usual ones, against the motion before it and after it.
+    # A new pass: one step as long as many usual steps, against the motion before and after it.
     way = np.append(direction(clamp), 0.0)
     turned = (way[ends] * way[np.maximum(ends - 1, 0)] < 0.0) & (way[ends] * way[after] < 0.0)
     found = Spans(
@@ -193,7 +194,7 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     load = readings[:, 0] if np.isfinite(noise[FORCES]).all() else -readings[:, MOMENT]
     falls = np.diff(load) * direction(clamp)
     usual = np.abs(np.diff(clamp)) <= LOST * usual_step(clamp)
-    # Of coarse samples each shows a rise.
+    # With coarse samples the load rises in every step: subtract the median rise.
     sudden = falls - np.median(falls)
     clear = sudden[(np.abs(sudden) > FALL) & usual]
     if (clear**3).sum() < 0.0:
@@ -213,7 +214,7 @@ def usual_step(clamp: FloatArray) -> float:
 
 
 def direction(clamp: FloatArray) -> FloatArray:
-    """Direction of each step, 1 or −1, shape (n − 1,); where the clamp rests, that before it."""
+    """Direction of each step, 1 or −1, shape (n − 1,); in a rest the direction of motion before."""
     signs = np.sign(np.diff(clamp))
     moving = np.flatnonzero(signs)
     if not len(moving):
@@ -231,21 +232,21 @@ def position_noise(clamp: FloatArray) -> float:
 
 
 def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
-    """Cut a recording where the rod swings out of its plane: fx turns round, and fy stays."""
+    """Cut a recording where the rod buckles laterally: fx changes its sign, and fy stays."""
     forces = recording.readings[:, :2]
     last, first = spans.ends[:-1], spans.begins[1:]
     way = direction(recording.clamp)[last]
     before, after = way * forces[last, 0], way * forces[first, 0]
     turned = (before < 0.0) & (after > -TURNED * before)
-    # A tip that slips far, and is pulled after it, presses much less than before.
+    # In contrast, after a slip beyond α = 0 the pulled tip presses much less than before.
     turned &= forces[first, 1] < PRESSED * forces[last, 1]
     if not turned.any():
         return recording, spans
     kept = int(np.argmax(turned)) + 1
     end = int(spans.ends[kept - 1]) + 1
     note = (
-        f"the rod buckles laterally in line {recording.line[end]}: what follows is not read; "
-        "begin a new recording there"
+        f"the rod buckles laterally in line {recording.line[end]}: the lines from there on are not "
+        "used; begin a new recording there"
     )
     recording = recording.noted(note).take(slice(end))
     spans = spans.take(slice(kept))
@@ -254,7 +255,7 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
 
 
 def ends_of(recording: Recording, spans: Spans) -> Ends:
-    """Find out how periods end."""
+    """Find clamp position, travel and direction of motion at the end of each period."""
     clamp, position = recording.clamp, recording.position
     last, unseen = clamp[spans.ends], spans.cut | spans.passes
     gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)
@@ -274,8 +275,9 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
     Returns
     -------
     recording : Recording
-        Without lone spikes, up to where the rod buckles laterally.
+        The recording without lone spikes, up to where the rod buckles laterally.
     spans : Spans
+        Its periods of sticking.
     row : ndarray of int
         Number of each row in the given recording.
     """
@@ -290,7 +292,7 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
     late = max(int(np.ceil(recording.slip_rows)), lasts)
     if late > 1 or recording.slip_rows:
-        # Of a slip that takes a while the first sample may not show it, nor the last one.
+        # The first and the last sample of a slow slip may not show it.
         recording, spans = _settled(recording, spans, int(lasts > 1), late)
     return recording, spans, row
 
@@ -302,9 +304,9 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     """
     readings, way = recording.readings / noise, direction(recording.smooth)
     both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])
-    # The moment tells the load with the other sign, and mostly with less noise.
+    # The moment shows the load with the other sign, and mostly with less noise.
     loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
-    # Each counts by how much it rises beside its noise.
+    # The weight of each channel is its rise relative to its noise.
     rises = np.maximum([-np.median(np.diff(one) * way) for one in loads], TINY)
     return np.asarray(rises @ loads / np.linalg.norm(rises))
 
