@@ -1,7 +1,8 @@
 """Whether a recording fits the given set-up within its tolerances, and if not, likely causes.
 
-To first order, lifting a tolerance σ lowers the minimised sum by (p/σ)²/(1 − s²/σ²) for a parameter
-that the fit changes by p ± s. The square root of this is the surprise.
+Let the fit change a parameter with the tolerance σ by p ± s. Without this tolerance the minimised
+sum is lower by (p/σ)²/(1 − s²/σ²), to first order. The square root of this difference is the
+surprise of the parameter.
 """
 
 from collections.abc import Iterable
@@ -16,17 +17,17 @@ from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.tolerances import told
 
-# So many standard deviations are far from what was given, and less of a variance than this is not
-# told by a recording.
+# Surprise above which an estimate is far from the given value. Least part of a parameter's variance
+# that a recording must remove for a surprise.
 FAR, LITTLE = 3.0, 0.01
-# Those that have the effect of another one, or would explain anything.
+# Quantities that are not named as causes: they act like another quantity, or explain any misfit.
 NOT_NAMED = ("diameter", "crosstalk", "drift_force_x", "drift_force_y", "drift_moment_z")
-# Probability with which a recording that fits is said not to.
+# Significance level: probability that a recording which fits is called one that does not fit.
 LEVEL = 1e-3
-# Independent values per second difference of readings, from which noise is estimated: neighbours
-# are correlated by −2/3, the next ones by 1/6.
+# Degrees of freedom per second difference, for noise that is estimated from second differences:
+# neighbours are correlated by −2/3, the next ones by 1/6.
 PER_DIFFERENCE = 18.0 / 35.0
-# So many causes are named that explain this part of a misfit.
+# Largest number of causes that are named, and least part of the misfit that each must explain.
 SOUGHT, EXPLAINS = 3, 0.1
 
 
@@ -37,7 +38,7 @@ class Estimate:
     Attributes
     ----------
     size, deviation : float
-        Excess of the parameter over its given value, and its standard deviation.
+        Excess of the parameter over its given value, and the standard deviation of the excess.
     """
 
     parameter: Parameter
@@ -53,11 +54,11 @@ class Estimate:
 
     @property
     def far(self) -> bool:
-        """Whether the surprise exceeds `FAR`; not for a wave."""
+        """Whether the surprise exceeds `FAR`; false for a half wave of a drift."""
         return not self.parameter.wave and self.surprise > FAR
 
     def spelled(self, units: Units) -> str:
-        """Format this in the user's units."""
+        """Format the estimate in the user's units."""
         of, given = self.parameter.of, self.parameter.deviation
         size, unit = told(of, self.size, units)
         deviation, tolerance = (told(of, one, units)[0] for one in (self.deviation, given))
@@ -71,7 +72,7 @@ class Estimate:
 def estimates_of(
     parameters: Iterable[Parameter], sizes: FloatArray, covariance: FloatArray
 ) -> tuple[Estimate, ...]:
-    """Estimates of parameters, by their sizes and the covariance of the remaining errors."""
+    """Make estimates from parameters, their sizes and the covariance of their remaining errors."""
     left = np.sqrt(np.diag(covariance))
     return tuple(
         Estimate(parameter=one, size=float(size), deviation=float(deviation))
@@ -81,14 +82,18 @@ def estimates_of(
 
 @dataclass(frozen=True, kw_only=True)
 class Goodness:
-    """Sum of squared residuals of a recording, in standard deviations, and its probability.
+    """χ² of a recording, and the probability of this χ² if the recording fits.
 
     Attributes
     ----------
+    chi2 : float
+        Sum of the squared residuals, in standard deviations.
+    degrees : int
+        Degrees of freedom of the sum.
     noise_degrees : float
-        Degrees of freedom of the noise; infinite where it was given.
+        Degrees of freedom of the estimated noise; infinite if the noise was given.
     uneven : bool
-        Whether the surface rises and falls by more than its slope may.
+        Whether the surface rises and falls by more than the tolerance of its slope allows.
     """
 
     chi2: float
@@ -130,12 +135,12 @@ class Goodness:
 
 @dataclass(frozen=True, kw_only=True)
 class Cause(Estimate):
-    """A quantity that may be off, and by how much if only its tolerance is lifted.
+    """A quantity that may differ from its given value, estimated without its tolerance alone.
 
     Attributes
     ----------
     explained : float
-        Part of the misfit that it explains.
+        Part of the misfit that this quantity explains.
     """
 
     explained: float
@@ -151,8 +156,9 @@ class Cause(Estimate):
 def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
     """Find quantities that may differ from their given values, likeliest first, to first order.
 
-    A tolerance is lifted; an exact quantity is fitted with the contacts and, where the fit has
-    settled, with the quantities that have a tolerance.
+    Each quantity is estimated alone without its tolerance. An exact quantity is fitted together
+    with the u of the periods and, if the fit has converged, with the quantities that have a
+    tolerance.
     """
     free, settled = fit.free, fit.settled and bool(fit.free.any())
     changes, miss = fit.by_setup.readings[:, fit.rows], fit.residuals[fit.rows]

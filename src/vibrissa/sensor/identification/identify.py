@@ -36,7 +36,7 @@ from vibrissa.sensor.whisker import Whisker
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-# A cause that explains this part of a misfit is the one.
+# Part of a misfit above which a quantity that explains it is taken as its only cause.
 MOST = 0.9
 UNTARED = (
     "no reading checks the tare: state zero_force_x and zero_force_y, or record some rows before "
@@ -61,28 +61,29 @@ def identify(
     Parameters
     ----------
     whisker : Whisker or None
-        The rod and its height, which may be a first guess; None for the method ``ratio``. Without
-        it numbers are in SI units, or in those of the recording.
+        The rod and the height of the surface; None: only the method ``ratio`` is possible, and
+        results are in SI units, or nondimensional if the recording is.
     recording : Recording, Path, str or DataFrame
         A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
         ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``.
     method : Method, optional
         Method of estimating friction; default: ``model`` with a rod, else ``ratio``.
     transducer : Transducer or str, optional
-        The transducer of the recording: its noise and range.
+        Transducer that made the recording; it gives noise and range.
     noise : str or array_like, shape (3,), optional
         Standard deviation of one reading of force_x, force_y and moment_z, as in
-        ``"3 mN, 3 mN, 10 uN*m"``. Estimated if neither it nor the transducer is given.
+        ``"3 mN, 3 mN, 10 uN*m"``. It is estimated if neither noise nor transducer is given.
     tolerances : mapping of str to str or number, optional
-        Standard deviations of the set-up, as in
-        ``{"clamp_angle": "1 deg", "modulus": "2 %", "eta": "exact"}``, beside those of the whisker:
-        the set-up is fitted within them; see `vibrissa.sensor.tolerances.TOLERABLE`.
+        Standard deviations of quantities of the set-up, in addition to those of the whisker, as in
+        ``{"clamp_angle": "1 deg", "modulus": "2 %", "eta": "exact"}``. The set-up is fitted within
+        them. Their names: `vibrissa.sensor.tolerances.TOLERABLE`.
     assume : bool
-        Use default tolerances for quantities without a stated one; otherwise they are exact.
+        Whether quantities without a stated tolerance have the default tolerance; otherwise they
+        are exact.
     slip_time : str, optional
-        Duration of a slip: ``"10 ms"``.
+        Duration of a slip, ``"10 ms"``; its samples are left out.
     delay : str, optional
-        Delay of the readings, as by a low-pass filter: ``"4 ms"``.
+        Delay of the readings, as of a low-pass filter: ``"4 ms"``.
 
     Returns
     -------
@@ -121,23 +122,23 @@ def identify(
         slip_rows=in_samples(recording, slip_time, "slip_time"),
         delay=in_samples(recording, delay, "delay"),
     )
-    # Without a size of the rod a recording in SI units has nothing to do with it.
+    # A recording in SI units cannot be compared with a rod whose size is not known.
     rod = whisker if whisker is not None and whisker.units == units else None
     task = task_of(recording, rod, units, sensor, noise, tolerances or {}, assume)
     found = _read(task) if rod is None else _read_both(task, rod, method)
-    # Both readings share the slope of the surface.
+    # The slope of the surface changes the friction by both methods alike.
     return replace(found, periods=found.periods.on_slope(found.slope))
 
 
 def _read(task: Task) -> Identification:
-    """Read the ratio of the forces without a rod."""
+    """Estimate friction by the ratio of the forces, without a rod."""
     found = read_ratio(task)
     everywhere = np.full(len(found.periods), task.untared)
     return found.doubted(Check(Grade.DOUBTFUL, everywhere, UNTARED))
 
 
 def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
-    """Read by one method, and compare with the other where that succeeds."""
+    """Estimate friction by one method, and compare it with the other method if that succeeds."""
     try:
         nearest = nearest_states(task, rod)
         check_columns(nearest)
@@ -170,7 +171,7 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
 
 
 def _bears_on_ratio(model: Identification) -> bool:
-    """Whether differences from the given set-up that the model finds may bear on the ratio."""
+    """Whether a deviation from the given set-up, found by the model, may change the ratio, too."""
     uneven = model.goodness is not None and model.goodness.uneven
     if uneven or any(one.far and one.parameter.of in BEARING for one in model.estimates):
         return True

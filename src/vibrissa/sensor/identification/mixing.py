@@ -1,4 +1,4 @@
-"""The state of the rod that is nearest to a reading, and columns that were mixed up."""
+"""The states of the rod nearest to the readings, and detection of columns that are mixed up."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.transducer import CHANNELS
 
-# Points of the branch.
+# Number of states of the rod in the table.
 TABLE = 4001
-# So many samples tell whether a mix-up explains the readings.
+# Number of samples with which a mix-up is tested.
 SAMPLED = 300
-# Squared residual, in standard deviations, from which on a sample is not a state of the rod.
+# Squared residual, in standard deviations, above which a sample is no state of the rod.
 MISFIT = 36.0
-# Squared residuals that are smaller by this factor are much smaller: by 15, what they are of.
+# Factor by which the squared residuals must fall if a mix-up is undone: residuals fall by 15.
 MUCH = 225.0
-# A unit taken for another, as mN for N.
+# Ratio of two units that are confused, such as mN and N.
 THOUSAND = 1e3
 
 
@@ -46,19 +46,19 @@ class NearestStates:
         return x0, KDTree(values[: len(x0)])
 
     def __call__(self, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Displacements of the nearest states (L), and the squared misfits to them, each (n,)."""
+        """Displacements of the states nearest to readings (L), and squared misfits, each (n,)."""
         table, tree = self._table
         distance, nearest = tree.query(self.task.weighted(readings))
         return table[nearest], distance**2
 
 
 def check_columns(nearest: NearestStates) -> None:
-    """Refuse a recording that is much nearer to the rod once a mix-up is undone.
+    """Refuse a recording that fits the rod much better if a mix-up of columns is undone.
 
     Raises
     ------
     MixedColumnsError
-        With the likeliest mix-up of columns.
+        If columns seem to be mixed up; the message names the likeliest mix-up.
     """
     task = nearest.task
     rows = np.linspace(0, len(task.recording) - 1, SAMPLED).astype(int)
@@ -74,7 +74,7 @@ def check_columns(nearest: NearestStates) -> None:
     least = {text: float(np.median(misfits(mixed))) for text, mixed in mix_ups.items()}
     text = min(least, key=lambda text: least[text])
     size = (task.weighted(some @ mix_ups[text].T) ** 2).sum(axis=1)
-    # A rod that is quite another one is not near to the readings, however they are mixed.
+    # If the rod is the wrong one, no mix-up brings the readings near to its states.
     if least[text] < min(given, float(np.median(size))) / MUCH:
         raise MixedColumnsError(
             f"the columns seem to be mixed up: {text}. Correct that with vibrissa import "

@@ -19,10 +19,10 @@ from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.sensor.whisker import Whisker
 
-# Less noise than this, in the rod's own units, is none; with less than the second the fit would be
-# lost in rounding: it counts as that much.
+# Least noise that is not 0, in units of the rod; least noise of a fit, to which smaller noise is
+# raised, as rounding would spoil the fit.
 LEAST_NOISE, LEAST_FITTED = 1e-50, 5e-8
-# Distance over which slopes of the surface are alike: in m, and of a rod without a size.
+# Correlation length of the slope of the surface: in m, and in L for a rod without a size.
 SLOPE_LENGTH, OWN_SLOPE_LENGTH = 5e-3, 0.05
 ZEROS = tuple(f"zero_{name}" for name in CHANNELS)
 
@@ -34,13 +34,13 @@ class Task:
     Attributes
     ----------
     recording : Recording
-        Without lone spikes, up to where the rod buckles laterally.
+        The recording without lone spikes, up to where the rod buckles laterally.
     spans : Spans
         Its periods of sticking.
     row : ndarray of int
         Number of each row in the given recording.
     noise : ndarray, shape (3,)
-        Standard deviation of one reading; NaN of a channel that is not used.
+        Standard deviation of one reading; NaN for a channel that is not used.
     parameters : tuple of Parameter
         Deviations from the given set-up.
     slope : Slope
@@ -62,7 +62,7 @@ class Task:
         return {one.name: k for k, one in enumerate(self.parameters)}
 
     def sizes_of(self, p: FloatArray) -> dict[str, float]:
-        """Sizes of the parameters, by their names."""
+        """Return the values of the parameters by name."""
         return dict(zip(self.number, p.tolist(), strict=True))
 
     @property
@@ -71,7 +71,7 @@ class Task:
         return np.flatnonzero(np.isfinite(self.noise)).tolist()
 
     def weighted(self, values: FloatArray) -> FloatArray:
-        """Take the used channels of (..., 3) values, in standard deviations, (..., c)."""
+        """Divide the c used channels of values (..., 3) by their noise, shape (..., c)."""
         return np.asarray(values[..., self.used] / self.noise[self.used])
 
     @property
@@ -92,17 +92,17 @@ class Task:
 
     @cached_property
     def ends(self) -> Ends:
-        """How the periods end."""
+        """Clamp position, travel and direction at the end of each period."""
         return ends_of(self.recording, self.spans)
 
     @cached_property
     def blocks(self) -> Blocks:
-        """The recording condensed."""
+        """Means of consecutive samples of each period."""
         return condensed(self.recording, self.spans)
 
     @cached_property
     def shown(self) -> FloatArray:
-        """Positions of the clamp that the readings of the blocks show, shape (n,)."""
+        """Positions of the clamp at which the delayed readings of the blocks arose, shape (n,)."""
         return self.blocks.clamp - self.recording.lag[self.blocks.row.astype(int)]
 
     @property
@@ -159,7 +159,7 @@ def task_of(
 def _tared(
     recording: Recording, noise: FloatArray, sizes: dict[str, float], stated: Mapping[str, float]
 ) -> tuple[Recording, dict[str, float]]:
-    """Take the mean of the rows in air as zero, unless the zero is stated."""
+    """Subtract the mean of the rows without load as the zero, unless the zero is stated."""
     used = np.flatnonzero(np.isfinite(noise)).tolist()
     own = [i for i in used if sizes.get(ZEROS[i]) and ZEROS[i] not in stated]
     if not (own and recording.air_rows):
@@ -192,7 +192,7 @@ def _noise(
 
 
 def _full_scale(recording: Recording, transducer: Transducer | None, units: Units) -> FloatArray:
-    """Limits of a transducer, or largest readings; NaN if a channel was not recorded."""
+    """Full scale of channels: limits of the transducer, or largest readings; NaN if missing."""
     scale = np.abs(recording.readings).max(axis=0)
     if transducer is not None:
         return np.where(np.isnan(scale), np.nan, np.array(transducer.limit) / units.channels)
