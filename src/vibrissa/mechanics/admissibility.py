@@ -244,10 +244,9 @@ class _Shapes(Batch):
         return found
 
     def nearest(self, start: FloatArray, *, tip: bool) -> FloatArray:
-        """Search the smallest distance of two parts, as in `gaps`; NaN where it was not found.
+        """Refine smallest distances of two parts by Newton's method; NaN where this fails.
 
-        The search begins at pairs of places, shape (n, 2); with `tip`, one of them stays at the
-        tip.
+        It starts from pairs of places, shape (n, 2); with `tip`, the second one stays at the tip.
         """
         tau = start.copy()
         if tip:

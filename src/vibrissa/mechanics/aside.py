@@ -89,7 +89,7 @@ def stability_aside(states: RodStates) -> FloatArray:
 
 
 def _clamp_turn(states: RodStates) -> FloatArray:
-    """Rotation ω(0) of a compliant clamp for u = 1 of its unknown, by (D9); shape (2, n)."""
+    """Rotation ω(0) of a compliant clamp per unit of its unknown u, by (D9); shape (2, n)."""
     axis = CLAMP_SLOPE + states.clamp_angle
     turn = states.clamp_compliance * ends(states).moment
     # np.sinc(x) is sin(πx)/(πx).

@@ -107,7 +107,7 @@ def _integrated(
 
 
 def _peak(values: FloatArray) -> FloatArray:
-    """Maxima of n functions, given at equally spaced points, shape (points, n), by parabolas."""
+    """Maxima of n functions from equally spaced values, shape (points, n), refined by parabolas."""
     largest = values.argmax(axis=0)
     middle = np.clip(largest, 1, len(values) - 2)
     before, at, after = (values[middle + k, np.arange(values.shape[1])] for k in (-1, 0, 1))

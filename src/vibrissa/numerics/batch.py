@@ -84,7 +84,7 @@ class Batch:
 
     @classmethod
     def from_matrix(cls, matrix: FloatArray, **known: FloatArray) -> Self:
-        """Make a batch whose columns are slices of a matrix along its last axis.
+        """Make a batch with the columns matrix[..., 0], matrix[..., 1], ... in the order of fields.
 
         Columns given as `known` replace those of the matrix.
         """

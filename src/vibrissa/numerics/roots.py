@@ -88,7 +88,7 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
     Returns
     -------
     ndarray of int, shape (m,)
-        Index of the first member that is not below the level; k if all are below it or it is NaN.
+        Index of the first member that is not below the level; k if all are below, or for NaN.
     """
     count = rising.shape[1]
     below = np.zeros(len(level), dtype=np.int64)
@@ -107,7 +107,7 @@ def first_fall(function: "BPoly") -> float:
     degree = len(function.c) - 1
     for piece in np.flatnonzero(function.c.min(axis=0) <= 0.0):
         bernstein = function.c[:, piece]
-        # Coefficients of the powers of the fraction of the piece, highest power first.
+        # Coefficients in powers of the fraction of the piece, highest power first.
         power = [comb(degree, k) * np.diff(bernstein, k)[0] for k in range(degree, -1, -1)]
         roots = np.roots(power)
         real = roots.real[np.abs(roots.imag) < REAL]

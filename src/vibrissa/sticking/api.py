@@ -25,7 +25,7 @@ from vibrissa.sticking.solving import collocation
 from vibrissa.sticking.solving.offsets import solve_offset
 from vibrissa.sticking.stiction import Stiction, read_curve
 
-# Largest taper, as few rods beyond can be solved: 1 mm at the clamp would be 20 µm at the tip.
+# Largest taper factor (1 mm at the clamp, 20 µm at the tip): few rods with a larger one are solved.
 MOST_TAPER = 50.0
 # Number of cached curves, some kilobytes each: calls that vary mu0 alone need the same curve.
 KEPT_CURVES = 256
@@ -213,15 +213,15 @@ def solve_state(
     x1 : float
         Distance of the tip from the clamp along the surface (L).
     contact : str
-        ``point``: the tip alone touches, as in the paper; ``line``: the rod lies along the
-        surface where it would pass through it.
+        ``point``: the tip alone touches, as in the paper; ``line``: instead of passing through the
+        surface, the rod lies along it.
     mounting : Mounting
         Clamp and natural curvature; the angle of the stage has no effect.
 
     Returns
     -------
     EquilibriumState
-        The state on the path from α = 0. For x1 > 0 it has the lowest force.
+        State on the equilibrium path from α = 0. For x1 > 0 no other state has a lower force.
 
     Raises
     ------
@@ -461,12 +461,12 @@ def friction_from_travel(
     Returns
     -------
     FrictionRange
-        `high` is μ_lock if the next step reaches the lock.
+        Range of μ0; `high` is μ_lock if the step reaches the lock.
 
     Raises
     ------
     ArgumentError
-        If an argument is out of range, or x0_max not below the longest period of sticking.
+        If an argument is out of range, or x0_max is not below the longest period of sticking.
 
     Examples
     --------

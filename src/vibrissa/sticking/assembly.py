@@ -64,8 +64,8 @@ def assembled_curves(
     Returns
     -------
     list of StickingCurve
-        Their status is ``failed`` if −tan α has no maximum, and ``out_of_reach`` if the shape
-        becomes inadmissible before the maximum; the curve then ends at this shape.
+        Finished curves. Their status is ``failed`` if −tan α has no maximum, and ``out_of_reach``
+        if the shape becomes inadmissible before the maximum; the curve then ends at this shape.
     """
     kept = _until_end(followed, ShapeLimits.concatenate(limits))
     extremes = _extremes(Pieces.concatenate([curve.pieces for curve in kept]))
@@ -135,7 +135,7 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
 
 
 def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray:
-    """Parameters at which ideal round rods buckle: x0 = x1_init − (1 − s_c); NaN if nowhere."""
+    """Parameter values where ideal round rods buckle: x0 = x1_init − (1 − s_c); NaN if nowhere."""
     passes = [c.section is RodSection.ROUND and c.mounting.is_ideal for c in curves]
     each = np.where(passes, [curve.x1_init for curve in curves], np.nan)
     x1_init = np.repeat(each, [len(curve.pieces) for curve in curves])

@@ -18,8 +18,8 @@ def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) 
     -------
     dict
         Columns of `vibrissa.tables.schemas.COMPARISONS`. Rows are ordered by η, then θ, then μ0.
-        Results of one contact model have its name at the end of theirs. `penetrates` is true where
-        the point-contact shape passes through the surface before the onset or the lock.
+        Names of results end with the contact model, as in `mu_lock_line`. `penetrates` is true
+        where the point-contact shape passes through the surface before the onset or the lock.
     """
     pairs = np.array([(t, e) for e in eta for t in theta], dtype=float)
     count, friction = len(mu0), np.array(mu0, dtype=float)

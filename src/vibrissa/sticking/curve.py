@@ -44,7 +44,7 @@ class StickingCurve:
         Smooth pieces of the curve, in order.
     retraction : Pieces
         Smooth pieces at x0 < 0, where the clamp pulls the tip; empty if not resolved. For planar
-        rods and other than ideal mountings they are solved on request only.
+        rods and non-ideal mountings they are solved on request only.
     section : RodSection
     residual : float
         Largest equilibrium residual between the solved states; by shooting, largest distance
@@ -57,7 +57,7 @@ class StickingCurve:
         lies on the surface from the start.
     end : End
         Why the curve ends. A round rod ``swings_aside`` where the clamp passes under the contact
-        point; in other than ideal mountings, where `stability_aside` vanishes.
+        point or, in a non-ideal mounting, where `stability_aside` vanishes.
     """
 
     theta: float
@@ -87,7 +87,7 @@ class StickingCurve:
 
     @property
     def x0_end(self) -> float:
-        """Last displacement of the curve (L); NaN where it has no states."""
+        """Last displacement of the curve (L); NaN if the curve has no states."""
         return float(self.pieces.last_x0[-1]) if self.pieces else np.nan
 
     def _need_states(self, what: str) -> None:

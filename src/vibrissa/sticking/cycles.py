@@ -56,7 +56,7 @@ class Scan:
     s : ndarray, shape (points,)
         Arc lengths of the shape points (L).
     x, y, phi : ndarray, shape (n, points)
-        Shapes, x in the frame of the surface (L, rad).
+        Positions (L) and slopes (rad) of the shapes; x is relative to the surface.
     residual : ndarray, shape (n,)
         Distance between the integrated shape's end and the contact point (L).
     message : str
@@ -91,8 +91,11 @@ def stick_slip(
     Parameters
     ----------
     curve : StickingCurve
+        Sticking curve of the rod.
     mu0, dx0 : Decimal or float
+        Coefficient of static friction, and step of the clamp (L).
     cycles : int
+        Number of stick-slip cycles.
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
     contact : str

@@ -50,12 +50,12 @@ class StickingState(ContactState):
     x0: Values
 
 
-# Weights of a sum of columns that is the displacement.
+# The displacement as a weighted sum of columns.
 DISPLACEMENT = {"x0": 1.0}
 
 
 def rounded_contact(s_c: FloatArray) -> FloatArray:
-    """Move contact points of line contact that are beyond the tip by rounding to the tip."""
+    """Set s_c of line contact to 1 where rounding errors have made it larger."""
     return np.where(s_c > 1.0 + CONTACT_SLACK, s_c, np.minimum(s_c, 1.0))
 
 
@@ -63,7 +63,7 @@ def rounded_contact(s_c: FloatArray) -> FloatArray:
 class Pieces(Batch):
     """Smooth pieces of one or several curves, each with one kind of contact.
 
-    In methods `index`, ndarray of int, shape (n,), is the piece of each parameter value or level.
+    In methods `index`, ndarray of int, shape (n,), gives the piece for each parameter or level.
 
     Attributes
     ----------
@@ -95,7 +95,10 @@ class Pieces(Batch):
 
     @cached_property
     def _coefficients(self) -> tuple[FloatArray, ...]:
-        """Coefficients of the columns and of two derivatives, shape (pieces, columns, k) each."""
+        """Chebyshev coefficients of the columns and of their first and second derivatives.
+
+        Each array has the shape (pieces, columns, STATES).
+        """
         derivative, scale = chebyshev_derivative(STATES).T, 2.0 / (self.stop - self.start)
         value = np.stack([*self.states.columns.values()], axis=1) @ chebyshev_transform(STATES).T
         slope = value @ derivative * scale[:, None, None]
@@ -133,14 +136,14 @@ class Pieces(Batch):
         )
 
     def displacements(self, index: IntArray, t: FloatArray) -> FloatArray:
-        """Displacements at values `t` of the parameters; NaN at NaN."""
+        """Displacements at values `t` of the parameters; NaN where `t` is NaN."""
         x0, sought = t.copy(), np.flatnonzero(~self.by_x0[index] & np.isfinite(t))
         if len(sought):
             x0[sought] = self.at(index[sought], t[sought]).x0
         return x0
 
     def places_of(self, index: IntArray, x0: FloatArray) -> FloatArray:
-        """Values of the parameters at displacements."""
+        """Values of the parameters at displacements `x0` (L)."""
         sought = np.flatnonzero(~self.by_x0[index])
         if not len(sought):
             return x0
@@ -232,7 +235,7 @@ class Pieces(Batch):
         return found
 
     def largest_friction(self) -> FloatArray:
-        """Value of the parameter of each piece at which −tan α is largest while fx ≤ 0."""
+        """Parameter value of each piece at which −tan α is largest while fx ≤ 0."""
         # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
         ahead = self.samples.reaction_fx <= 0.0
         top = np.where(ahead, self.samples.mobilised_friction, -np.inf).argmax(axis=1)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CurveArray:
-    """Sticking curves; in methods `index`, shape (m,), is the curve of each x0 or μ0."""
+    """Sticking curves; in methods `index`, shape (m,), gives the curve of each x0 or μ0."""
 
     curves: tuple["StickingCurve", ...]
 
@@ -105,7 +105,7 @@ class CurveArray:
         sampled, places = self._demand_up_to_the_lock
         place = self.pushed[index]
         while True:
-            # A curve without a lock has NaN there: it is searched up to its end.
+            # Without a lock, `mu_lock` and `x0_lock` are NaN: the curve is searched up to its end.
             sought = (place < self.stop[index]) & ~(mu0 > self.mu_lock[index]) & np.isnan(onset)
             rows = np.flatnonzero(sought)
             rows = rows[~(self.pieces.first_x0[place[rows]] > self.x0_lock[index[rows]])]
@@ -186,7 +186,7 @@ class CurveArray:
 
 
 def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState:
-    """Mirror states before lateral buckling at `x0_end` to those of the trailing rod after it."""
+    """Mirror states to those of the rod that trails behind after it has buckled at `x0_end`."""
     return replace(
         states,
         x0=2.0 * x0_end - states.x0,

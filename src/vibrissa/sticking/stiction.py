@@ -71,9 +71,10 @@ def read_curves(
     mu0: Sequence[FloatArray],
     dx0: Sequence[Sequence[Decimal]],
 ) -> Stiction:
-    """Find periods of sticking on curves; each curve has its own μ0, with one Δx0 (L) for each.
+    """Find periods of sticking on curves.
 
-    No period depends on others, not even by rounding.
+    Each curve has an array of μ0 and a sequence, as long, of exact Δx0 (L). No period depends on
+    other periods, not even by rounding.
     """
     together = CurveArray(curves=tuple(curves))
     of = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])

@@ -62,7 +62,7 @@ class Parts(Batch):
     start, length : ndarray, shape (n,)
         First value of the parameter, and its increase along the part (x0 in L).
     closing : ClosingCondition
-        E2, and E3 for a parameter of zero.
+        E2, and E3 for the parameter value 0.
     """
 
     first: IntArray

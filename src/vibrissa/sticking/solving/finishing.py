@@ -201,7 +201,7 @@ def _with_dips(at: FloatArray, looked: Clearance, beyond: int) -> FloatArray:
 
 
 def _first_inadmissible(look: Callable[[FloatArray], Clearance], low: float, high: float) -> float:
-    """First fraction between `low` and `high` with an inadmissible shape, as there is at `high`."""
+    """Locate the first fraction with an inadmissible shape; the shape at `high` is inadmissible."""
     from scipy.optimize import brentq  # a tenth of a second to load
 
     def excess(at: float) -> float:

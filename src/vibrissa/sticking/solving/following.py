@@ -1,6 +1,6 @@
 """Continuation of paths of equilibria from α = 0, by Keller's pseudo-arclength method.
 
-Where the kind of contact changes, φ1 = 0 and s_c = 1. The path has a kink in this state, which is
+Where the kind of contact changes, φ1 = 0 and s_c = 1: the path has a kink. The state in the kink is
 solved.
 """
 
@@ -18,7 +18,7 @@ from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.solving.branches import Branches, violation
 
-# First and shortest step.
+# First and shortest step along a path.
 FIRST_STEP, SHORTEST_STEP = 0.05, 1e-6
 # Difference between guess and state (rad): target of the step control, and upper bound.
 AIM, TOO_FAR = 0.04, 0.2
