@@ -113,12 +113,15 @@ def tried(clone: Path, items: Sequence[WorkItem]) -> list[Tried]:
 
 
 def notice() -> int:
-    """Run in a clone: ask the tests that run the changed line or its file, the quick ones first."""
+    """Run in a clone: run the tests of the changed line or its file, the quick ones first."""
     tests = json.loads(Path(COVERING).read_text(encoding="utf-8"))
     path, line = next(changed(Path()))
     anywhere = sorted({test for names in tests.get(path, {}).values() for test in names})
     asked = tests.get(path, {}).get(str(line)) or anywhere
-    others = [f"--deselect={test}" for test in asked]
+    in_process = {test for names in tests.values() for some in names.values() for test in some}
+    files = {test.partition("::")[0] for test in asked}
+    known = {*asked, *(test for test in in_process if test.partition("::")[0] not in files)}
+    others = [f"--deselect={test}" for test in sorted(known)]
     quick, slow = ["-m", "not slow", *asked], ["-m", "slow", *asked]
     for chosen in (quick, slow, [*others, "tests"]) if asked else (["tests"],):
         status = subprocess.run([*PYTEST, "--hypothesis-seed=0", *chosen]).returncode
