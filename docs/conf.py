@@ -12,7 +12,7 @@ import vibrissa
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS / "site"))
 
-# A bar outside of code.
+# A vertical bar outside of code.
 BAR = re.compile(r"(?<!`)\|(?=[^`]*(?:``[^`]*``[^`]*)*$)")
 
 import made  # noqa: E402
@@ -38,11 +38,11 @@ exclude_patterns = ["_build", "site", "made/explorer"]
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 4
-# The examples keep their outputs, which a test compares. Pages of the gallery draw anew.
+# The notebooks of the examples keep their outputs, which a test compares. `made` runs the gallery.
 nb_execution_mode = "off"
 autosummary_generate = False
 
-autodoc_typehints = "none"  # numpydoc's sections say the types
+autodoc_typehints = "none"  # the sections of numpydoc state the types
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
@@ -53,7 +53,7 @@ html_static_path = ["site/static"]
 # Copied as it is: the explorer is a page of its own.
 html_extra_path = ["made/explorer"]
 templates_path = ["site/templates"]
-# Those of furo, with a link to the explorer above the pages.
+# The sidebar of furo, with a link to the explorer above the pages.
 html_sidebars = {
     "**": [
         *("sidebar/brand.html", "sidebar/search.html", "sidebar/scroll-start.html"),
@@ -64,7 +64,6 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_math_renderer = "mathml"
-# The search index is a file beside the pages: it works without a network and without a server.
 copybutton_prompt_text = r"\$ |>>> "
 copybutton_prompt_is_regexp = True
 
@@ -72,19 +71,19 @@ copybutton_prompt_is_regexp = True
 def escape_bars(
     app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]
 ) -> None:
-    """Keep |tan α| in a docstring from being read as the name of a text."""
+    """Escape the bars in a docstring, as in |tan α|, which Sphinx would read as a substitution."""
     lines[:] = [BAR.sub(r"\\|", line) for line in lines]
 
 
 def without_aliases(
     app: Sphinx, what: str, name: str, thing: object, skip: bool, options: object
 ) -> bool | None:
-    """Leave out the fields of named tuples, which their class describes."""
+    """Leave out the fields of named tuples, as the docstring of the class describes them."""
     return True if type(thing).__name__ == "_tuplegetter" else None
 
 
 def setup(app: Sphinx) -> None:
-    """Colour Snakefiles as Python, of which they are a dialect."""
+    """Highlight Snakefiles as Python, and register the functions above."""
     app.add_lexer("snakemake", PythonLexer)
     app.connect("autodoc-process-docstring", escape_bars)
     app.connect("autodoc-skip-member", without_aliases)

@@ -1,4 +1,4 @@
-"""Bring the generated parts of the pages, and the study file's JSON Schema, in line with the code.
+"""Write the generated parts of the pages, and the JSON Schema of the study file, from the code.
 
 A page holds each part between two marks; `python -m validation pages` replaces the part.
 """
@@ -30,7 +30,7 @@ STATE_SUFFIXES = ("", "_init", "_last", "_slip", "_end", "_trail")
 
 
 def packages() -> str:
-    """Table of the packages and what each imports of the others."""
+    """Table of the packages: name, purpose, and the packages that each imports."""
     graph = grimp.build_graph(PACKAGE, exclude_type_checking_imports=True, cache_dir=None)
     names = {name for name in graph.find_children(PACKAGE) if graph.find_children(name)}
     rows = []
@@ -47,7 +47,7 @@ def packages() -> str:
 
 
 def section_keys(name: str, known: dict[str, Any] | None = None) -> str:
-    """Table of the keys of a section of the study file, without those that are known already."""
+    """Table of the keys of a section of the study file, except the keys in `known`."""
     schema = study_schema()
     part = schema["$defs"][name] if name else schema
     rows = []
@@ -62,7 +62,7 @@ def section_keys(name: str, known: dict[str, Any] | None = None) -> str:
 
 
 def grid_keys() -> dict[str, Any]:
-    """Keys of a grid, which scans and comparisons share."""
+    """Schemas of the keys of a grid; scans and comparisons have the same keys."""
     return study_schema()["$defs"]["GridSection"]["properties"]
 
 
@@ -82,13 +82,13 @@ def figure_kinds() -> str:
 
 
 def figure_keys() -> str:
-    """Table of the keys of a figure but for the axes."""
+    """Table of the keys of a figure, except the axes."""
     properties = study_schema()["$defs"]["Figure"]["properties"]
     return section_keys("Figure", {axis: properties[axis] for axis in AXES})
 
 
 def claims() -> str:
-    """Table of the data by which the paper's statements are judged."""
+    """Table of the section `claims`: its keys, and the values that the data must have."""
     rows = []
     for key, value in study_schema()["$defs"]["Claims"]["properties"].items():
         needs = [
@@ -100,7 +100,7 @@ def claims() -> str:
 
 
 def column(field: pa.Field, names: str = "") -> tuple[str, ...]:
-    """Row of a column: what it is stands second, its unit third."""
+    """Row of a column: name, description with equation, unit, values, and the meaning of null."""
     text = {key.decode(): value.decode() for key, value in field.metadata.items()}
     # The columns of both kinds of contact are one row.
     meaning = text["description"].removesuffix(", in tip contact")
@@ -112,7 +112,7 @@ def column(field: pa.Field, names: str = "") -> tuple[str, ...]:
 
 
 def columns(table: str) -> str:
-    """Table of the columns that a table of a study has for itself, or that all tables share."""
+    """Table of the columns of one table alone, of the shared columns, or of a state of the rod."""
     head = ("column", "what it is", "unit", "values", "null means")
     if table == "state":
         rows = [
@@ -143,7 +143,7 @@ def columns(table: str) -> str:
 
 
 def tolerances() -> str:
-    """Table of the tolerances and what is assumed of each."""
+    """Table of the tolerances: name, quantity, default, and the source of the default."""
 
     def assumed(name: str, one: Tolerable) -> str:
         if one.channel >= 0:
@@ -152,7 +152,7 @@ def tolerances() -> str:
         own = f"{size:.6g} {unit}".strip()
         return f"{1e3 * one.si:g} mm, or {own}" if one.si else own
 
-    # Tolerances that are assumed alike for the same reason are one row.
+    # Tolerances with the same default and the same reason share a row.
     rows: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
     for name, one in TOLERABLE.items():
         key = assumed(name, one), one.reason
@@ -220,7 +220,7 @@ def parts() -> dict[str, tuple[str, str]]:
 
 
 def pages() -> dict[Path, str]:
-    """Text that each page should have, and the schema."""
+    """Text that each page with generated parts, and the JSON Schema, should have."""
     texts = {SCHEMA: json.dumps(study_schema(), indent=2) + "\n"}
     for name, (page, text) in parts().items():
         path = DOCS / f"{page}.md"

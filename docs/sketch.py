@@ -17,8 +17,7 @@ from vibrissa.mechanics.taper import diameter
 PICTURE = Path(__file__).with_name("sketch.svg")
 THICKNESS = 0.03  # drawn diameter of the base (L)
 DARK, LIGHT, RED, BLUE = "0.15", "0.75", "#d55e00", "#0072b2"
-# The same text for the same drawing.
-# Outlines, as browsers that show the pages may not have the type.
+# Text is drawn as outlines, as a browser may not have the typeface.
 STYLE = style.SETTINGS | {
     "svg.fonttype": "path",
     "hatch.linewidth": 0.5,
@@ -28,7 +27,7 @@ STYLE = style.SETTINGS | {
 
 
 def draw_rod(axes: Axes, curve: StickingCurve, x0: float, color: str) -> dict[str, float]:
-    """Draw rod and clamp at one clamp displacement; return the state and some places on the rod."""
+    """Draw rod and clamp at one clamp displacement; return α and places on the rod."""
     state, s = curve.state(x0), np.linspace(0.0, 1.0, 201)
     f, alpha, s_c = float(state.f), float(state.alpha), float(state.s_c)
     x, y, phi = deformed_shape(curve.theta, f, alpha, curve.x1_init - x0, curve.eta, s, s_c)

@@ -1,9 +1,10 @@
 """Write laboratory.txt: a simulated scan as the program of a German laboratory would record it.
 
-Latin-1, semicolons, decimal commas, lines before the titles, a row of units, forces in mN. The
-transducer is turned by 90 degrees, so that its x axis is normal to the surface, and its origin is
-20 mm below the clamp. Its zeros are not zero, and the position of the stage was not recorded. The
-rod is lowered onto the surface, rests, is moved at 1 mm/s, rests again and is lifted off.
+The file has Latin-1 encoding, semicolons, decimal commas, lines before the titles, a row of units,
+and forces in mN. The transducer is turned by 90 degrees, so that its x axis is normal to the
+surface, and its origin is 20 mm below the clamp. Its channels have offsets, and the position of
+the stage was not recorded. The rod is lowered onto the surface, rests, is moved at 1 mm/s, rests
+again and is lifted off.
 """
 
 import sys
@@ -30,7 +31,7 @@ WHISKER = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="0.8 mm", length=
 
 
 def loads() -> np.ndarray:
-    """Load on the clamp with what comes before and after the scan, shape (n, 3), in SI units."""
+    """Load on the clamp before, during and after the scan, shape (n, 3), in SI units."""
     signals = scan(
         WHISKER,
         surfaces.constant(FRICTION),
@@ -49,9 +50,9 @@ def loads() -> np.ndarray:
 
 
 def readings() -> np.ndarray:
-    """What the transducer reads: turned axes, moment about its own origin, zeros and noise."""
+    """Readings of the transducer: turned axes, moment about its own origin, offsets and noise."""
     fx, fy, moment = loads().T
-    # The moment about (a, b) is that about the clamp less a·fy − b·fx; here a = 0, b = −BELOW.
+    # The moment about (a, b) is the moment about the clamp minus (a·fy − b·fx); a = 0, b = −BELOW.
     moment = moment - BELOW * fx
     turned = np.stack([fy, -fx, moment], axis=1)
     noise = np.random.default_rng(1).standard_normal(turned.shape) * NOISE

@@ -1,4 +1,4 @@
-"""Run the notebooks anew, and keep their outputs: `python -m validation notebooks`."""
+"""Run the notebooks again and store their outputs: `python -m validation notebooks`."""
 
 import os
 import sys
@@ -11,9 +11,9 @@ from jupyter_client.manager import AsyncKernelManager
 from nbclient import NotebookClient
 from traitlets import default
 
-# One cell may take so long (s).
+# Time limit of a cell (s).
 PATIENCE = 300
-# What a notebook says it runs on: any Python that has Vibrissa.
+# The kernel that the notebooks name: any Python with Vibrissa.
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
@@ -35,7 +35,7 @@ def rerun(path: Path) -> nbformat.NotebookNode:
     Returns
     -------
     NotebookNode
-        The notebook with its new outputs, and nothing in it that tells when and where it ran.
+        The notebook with its new outputs, without the time and the machine of the run.
 
     Raises
     ------
@@ -47,14 +47,14 @@ def rerun(path: Path) -> nbformat.NotebookNode:
         notebook,
         kernel_manager_class=ThisPython,
         kernel_name=KERNEL["name"],
-        # It warns that others on this machine could listen in.
+        # Without this option the kernel warns that others on this machine could listen in.
         extra_arguments=["--log-level=ERROR"],
         timeout=PATIENCE,
         resources={"metadata": {"path": str(path.parent)}},
         record_timing=False,
     )
     with tempfile.TemporaryDirectory() as settings:
-        # Nor with the user's own settings and startup files of IPython.
+        # Without the user's own settings and startup files of IPython.
         client.execute(env={**os.environ, "IPYTHONDIR": settings})
     notebook.metadata = nbformat.from_dict(
         {"language_info": {"name": "python"}, "kernelspec": KERNEL}

@@ -1,8 +1,8 @@
 """Sphinx extension: links out of docs/, pictures of the gallery, numbers of equations, search.
 
-A page is read in the repository as well. There it links to files beside `docs/`, and names an
-equation as (E1). On the site a notebook is a page, another file is its name alone, and
-the number leads to its equation.
+In the repository a page links to files outside `docs/`, and refers to an equation by its number,
+as in (E1). On the site a link to a notebook leads to its page, a link to another file becomes plain
+text, and the number becomes a link to the equation.
 """
 
 import re
@@ -15,7 +15,7 @@ OUTSIDE = re.compile(r"\[([^\]]+)\]\(\.\./([^)#\s]*)(#[^)\s]*)?\)")
 NOTEBOOK = re.compile(r"\(\.\./examples/(\w+\.ipynb)\)")
 SAVED = re.compile(r"plt\.savefig\(\"(.*)\"\)\n```\n")
 EQUATION = re.compile(r"(?<=\()([EMD]\d+[a-d]?)(?=\))|(?<=(?<!paper )[Ee]quation \()(\d)(?=\))")
-# The page of an equation, by the first sign of its number.
+# The page of an equation, by the first character of its number.
 PAGES = {
     **dict.fromkeys("12378", "model"),
     **dict.fromkeys("E569", "numerics"),
@@ -23,7 +23,7 @@ PAGES = {
     "D": "lateral",
 }
 
-# What a search finds first: terms, by the page and the heading that explain them.
+# Terms that a search finds first, by the page and the heading that explain them.
 TERMS = {
     ("index", "How to cite"): "cite, citation, authors, DOI, license, BibTeX",
     ("install", "Install"): "conda, Python version, Windows",
@@ -57,35 +57,35 @@ TERMS = {
 
 
 def keep_inside(app: Sphinx, page: str, source: list[str]) -> None:
-    """Change the links of a page that lead out of docs/, but not those of docs/made."""
+    """Change the links of a page out of docs/; pages in docs/made are not changed."""
     if not page.startswith("made/"):
         source[0] = NOTEBOOK.sub(r"(made/notebooks/\1)", source[0])
         source[0] = OUTSIDE.sub(r"\1", source[0])
 
 
 def with_pictures(app: Sphinx, page: str, source: list[str]) -> None:
-    """Show below each block of the gallery the picture that it saves."""
+    """Insert below each block of the gallery the picture that the block saves."""
     if page == "python":
         source[0] = SAVED.sub(r"\g<0>\n![\g<1>](made/gallery/\g<1>)\n", source[0])
 
 
 def with_terms(app: Sphinx, page: str, source: list[str]) -> None:
-    """Put the terms that a search finds first before their heading."""
+    """Insert the terms of `TERMS` as index entries before their heading."""
     for (place, heading), terms in TERMS.items():
         if place == page:
-            # A main entry, with its !, comes before all that is found otherwise.
+            # A search lists main entries, marked by !, before all other results.
             entry = f"```{{index}} !{terms.replace(', ', ', !')}\n```\n\n"
             title = re.compile(rf"^(#+ {heading})$", re.MULTILINE)
             source[0] = title.sub(rf"{entry}\1", source[0], count=1)
 
 
 class NumbersOfEquations(SphinxPostTransform):
-    """Make numbers of equations links to them."""
+    """Replace the numbers of equations by links to the equations."""
 
     default_priority = 700
 
     def run(self, **_: object) -> None:
-        """Change the page."""
+        """Replace the numbers on a page."""
         for text in list(self.document.findall(nodes.Text)):
             if isinstance(text.parent, (nodes.reference, nodes.math, nodes.math_block)):
                 continue
@@ -104,7 +104,7 @@ class NumbersOfEquations(SphinxPostTransform):
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register what changes links."""
+    """Register the functions and the transform."""
     app.connect("source-read", keep_inside)
     app.connect("source-read", with_pictures)
     app.connect("source-read", with_terms)

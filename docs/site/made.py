@@ -1,4 +1,4 @@
-"""What is made for the site alone, into docs/made: reference, notebooks, pictures, the explorer."""
+"""Write the pages that only the site has into docs/made: reference, notebooks, explorer."""
 
 import re
 import shutil
@@ -23,9 +23,9 @@ TYPED = re.compile(r"((?<!\w)'[^']+'(?!\w)|--[a-z][a-z0-9-]*)")
 
 
 def escaped(text: str) -> str:
-    """Put a help text into Markdown: in one line, what a user types as code."""
+    """Convert a help text to Markdown: one line, with options and quoted text as code."""
     parts = TYPED.split(" ".join(text.split()))
-    # Every other part is what the expression found.
+    # The expression found every other part, from the second on.
     parts[::2] = [re.sub(r"([*|<\[])", r"\\\1", part) for part in parts[::2]]
     parts[1::2] = [f"`{part}`" for part in parts[1::2]]
     return "".join(parts)
@@ -45,7 +45,7 @@ def option_row(option: Any) -> str:
 
 
 def command_section(name: str, command: Any) -> list[str]:
-    """Write what a command does, its example and its options."""
+    """Write the purpose, the example and the options of a command."""
     lines = [f"## `{name}`", ""]
     for paragraph in (command.help or "").split("\n\n"):
         lines += [" ".join(paragraph.split()), ""]
@@ -66,7 +66,7 @@ def commands() -> str:
 
 
 def described(package: str, name: str) -> list[str]:
-    """Write what describes a public name: a class, a function, a module or a table of values."""
+    """Write the Sphinx directive for a public name: a class, a function, a module or a value."""
     thing = getattr(import_module(package), name)
     if isclass(thing):
         return [f".. autoclass:: {name}", "   :members:", ""]
@@ -98,11 +98,11 @@ def package_page(package: str) -> str:
 
 
 def page_of_the_root(name: str) -> str:
-    """Read a page beside docs/, with its links as seen from docs/made."""
+    """Read a page of the root folder, and adapt its links to docs/made."""
     text = (ROOT / name).read_text(encoding="utf-8")
     text = re.sub(r"\]\(docs/", "](../", text)
     text = text.replace("](CONTRIBUTING.md", "](contributing.md")
-    # A file that is no page is its name alone.
+    # A link to a file that is not a page becomes plain text.
     return re.sub(r"\[([^\]]+)\]\((?!\.\./|contributing|http|#)[^)]*\)", r"\1", text)
 
 
@@ -125,7 +125,7 @@ def make(folder: Path) -> None:
         "python.md": public_names(),
         **{f"{package}.md": package_page(package) for package in PUBLIC},
         "contributing.md": page_of_the_root("CONTRIBUTING.md"),
-        # A search would find every word in it.
+        # Otherwise a search would find every word in it.
         "changelog.md": "---\nnosearch: true\n---\n" + page_of_the_root("CHANGELOG.md"),
         "explorer/play.html": page(home="index.html"),
     }

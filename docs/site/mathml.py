@@ -7,30 +7,29 @@ from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
-# How a number is taken off an equation, to stand at its right.
+# Beginning of the number of an equation, which is shown at the right.
 TAG = r"\tag{"
-
 
 # Where a line may end on a narrow screen: MathML itself has no line breaks.
 BETWEEN = re.compile(r"\\q?quad(?![a-zA-Z])")
-# A function and the letter that it is taken of, as in cos α.
+# A function before its argument, as in cos α.
 APPLIED = re.compile(r"(<mi>(?:sin|cos|tan|det)</mi>)(?=<m[ins])")
 
 
 def mathml(latex: str, display: str) -> str:
-    """Translate an equation; a function stands apart from what it is taken of."""
+    """Translate an equation, with a space between a function and its argument."""
     return APPLIED.sub(r'\1<mspace width="0.167em"/>', convert(latex, display=display))
 
 
 def without_tag(latex: str) -> tuple[str, str]:
-    r"""Split an equation from its number ``\tag{...}``; the number is empty where it has none."""
+    r"""Split an equation from its number ``\tag{...}``; the number is empty if it has none."""
     equation, tagged, rest = latex.partition(TAG)
     number, _, after = rest.partition("}")
     return equation + after, number if tagged else ""
 
 
 def lines(latex: str) -> list[str]:
-    r"""Split an equation where ``\quad`` stands between its parts, but not one of several rows."""
+    r"""Split an equation at each ``\quad``, unless it has several rows."""
     return [latex] if r"\begin" in latex else [part.strip() for part in BETWEEN.split(latex)]
 
 
@@ -41,7 +40,7 @@ def visit_inline(self: HTML5Translator, node: nodes.math) -> None:
 
 
 def visit_block(self: HTML5Translator, node: nodes.math_block) -> None:
-    """Write an equation that stands by itself, with its number and a place to link to."""
+    """Write a displayed equation with its number, which can be the target of a link."""
     equation, number = without_tag(node.astext())
     self.body.append(self.starttag(node, "div", CLASS="equation"))
     self.body.append('<div class="parts">')

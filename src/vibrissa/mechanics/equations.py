@@ -10,8 +10,8 @@ in the paper. Integrated twice, the equations are
     φ(s) = π/2 + β + c·m(0) + ∫₀ˢ κ0 du − ∫₀ˢ B⁻¹(u) ∫ᵤ^s_c (fx·sin φ − fy·cos φ) dv du ,
     m(0) = −∫₀^s_c (fx·sin φ − fy·cos φ) dv ,                                            (E1)
 
-The height of the contact point above the clamp (E2), one prescribed quantity (E3) and the kind of
-contact (E4) close the equations:
+The height of the contact point above the clamp (E2), one prescribed quantity (E3a to E3d) and the
+kind of contact (E4a or E4b) close the equations:
 
     ∫ sin φ ds − tan δ·offset = η − tan δ·x1_init ,                                      (E2)
     offset = ∫ cos φ ds + 1 − s_c ,  fx·cos α + fy·sin α = 0 ,
