@@ -1,8 +1,8 @@
-"""One fit of the set-up and of all contacts to all recorded channels, with tolerances as priors.
+"""One fit of the set-up, and of u of all periods, to all channels, with tolerances as priors.
 
-The parameters p minimise χ²(p) + Σ (p/σ)², where σ are the tolerances and each period has its own
-best contact u(p) (variable projection: Golub and Pereyra, 1973). The remaining errors of p have the
-covariance C = (JᵀJ + 1/σ²)⁻¹, J = ∂(residuals)/∂p: Bayes' theorem for normal errors.
+The parameters p minimise χ²(p) + Σ (p/σ)², where σ are the tolerances. For each p every period has
+its best u(p) (variable projection: Golub and Pereyra, 1973). The remaining errors of p have the
+covariance C = (JᵀJ + 1/σ²)⁻¹ with J = ∂(residuals)/∂p, by Bayes' theorem for normal errors.
 """
 
 from dataclasses import dataclass, replace
@@ -20,31 +20,31 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.response.heights import HIGHEST, LOWEST
 from vibrissa.sensor.whisker import Whisker
 
-# Gauss-Newton steps to the contacts of the periods, at first and beside some that are known.
+# Number of Gauss-Newton steps for u: at first, and from the u of a similar set-up.
 FIRST_STEPS, STEPS = 8, 3
-# Relative fall of the sum of squares at which the fit ends; the most steps, and halvings of one.
+# Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
 SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
-# An inverse variance that is none.
+# Least inverse variance.
 TINY = 1e-300
-# A period with residuals of a lower probability than this does not fit by itself, and where fewer
-# than this part do not they are left out of the fit of the set-up.
+# A period does not fit by itself if its residuals have a lower probability than UNLIKELY. If less
+# than the part MOST_ALONE of the periods does not fit, these are left out of the fit.
 UNLIKELY, MOST_ALONE = 1e-9, 0.5
 
-# The heights of at most so many tips are compared.
+# Largest number of tips whose heights are compared.
 MOST_HEIGHTS = 500
 
 
 class Changes(NamedTuple):
-    """Changes per unit of each of k parameters, in n blocks and p periods.
+    """Derivatives with respect to k parameters, in n blocks and p periods.
 
     Attributes
     ----------
     readings : ndarray, shape (k, n, c)
-        Readings in standard deviations, each u fitted anew.
+        Derivatives of the readings of c channels, in standard deviations, with u fitted again.
     u : ndarray, shape (p, k)
-        The fitted u.
+        Derivatives of the fitted u.
     friction : ndarray, shape (p, k)
-        μ0, u fixed.
+        Derivatives of μ0 at fixed u.
     """
 
     readings: FloatArray
@@ -54,7 +54,7 @@ class Changes(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fit:
-    """A set-up, its contacts u, and the derivatives of the residuals.
+    """A set-up with the fitted u of the periods, the residuals and their derivatives.
 
     Attributes
     ----------
@@ -82,12 +82,12 @@ class Fit:
         return self.set_up.p
 
     def _weighted(self, values: FloatArray, slope: FloatArray) -> FloatArray:
-        """Values of shape (..., n, 3) in standard deviations, shape (..., n, c)."""
+        """Values of n blocks, (..., n, 3), in standard deviations of their means, (..., n, c)."""
         position = self.task.recording.position
         scaled = self.task.weighted(values) * np.sqrt(self.task.blocks.count)[:, None]
         if not position:
             return scaled
-        # Noise of the position is one of the readings along their slope.
+        # Noise of the clamp position acts as noise of the readings in the direction of their slope.
         along = self.task.weighted(slope)
         square = np.maximum((along**2).sum(axis=1), TINY)
         less = (1.0 / np.sqrt(1.0 + position**2 * square) - 1.0) / square
@@ -96,12 +96,12 @@ class Fit:
 
     @cached_property
     def _slope(self) -> FloatArray:
-        """Derivative of the loads over u, (n, 3)."""
+        """Derivatives of the loads with respect to u, shape (n, 3)."""
         return self.set_up.loads(*self.set_up.states(self.u), order=1)
 
     @cached_property
     def slope(self) -> FloatArray:
-        """`_slope` in standard deviations, shape (n, c)."""
+        """Derivatives of the readings with respect to u, in standard deviations, shape (n, c)."""
         return self._weighted(self._slope, self._slope)
 
     @cached_property
@@ -117,7 +117,7 @@ class Fit:
         return np.maximum(self.task.blocks.sums((self.slope**2).sum(axis=1)), TINY)
 
     def contacts(self, steps: int) -> "Fit":
-        """Find the best u for this set-up."""
+        """Find the best u of the periods for this set-up, by Gauss-Newton steps."""
         fit = self
         for _ in range(steps):
             step = fit.task.blocks.sums((fit.residuals * fit.slope).sum(axis=1)) / fit.known
@@ -126,7 +126,7 @@ class Fit:
 
     @cached_property
     def by_setup(self) -> Changes:
-        """Changes per unit of each parameter."""
+        """Derivatives with respect to each parameter."""
         blocks, slope = self.task.blocks, self.slope
         readings, friction = self.set_up.changes(self.u)
         found = self._weighted(readings, self._slope)
@@ -138,56 +138,56 @@ class Fit:
 
     @cached_property
     def rows(self) -> BoolArray:
-        """Whether each block's period is kept, shape (n,)."""
+        """Whether each block belongs to a kept period, shape (n,)."""
         return self.kept[self.task.blocks.period]
 
     @cached_property
     def sigma(self) -> FloatArray:
-        """Tolerances, shape (k,)."""
+        """Tolerances of the parameters, shape (k,); 0 if exact."""
         return np.array([one.deviation for one in self.task.parameters])
 
     @cached_property
     def free(self) -> BoolArray:
-        """Which parameters are not exact, shape (k,)."""
+        """Whether each parameter is fitted, as it is not exact, shape (k,)."""
         return self.sigma > 0.0
 
     @property
     def scores(self) -> FloatArray:
-        """Parameters that are not exact, in tolerances, shape (f,)."""
+        """The f fitted parameters p/σ, in units of their tolerances, shape (f,)."""
         return np.asarray(self.p[self.free] / self.sigma[self.free])
 
     @cached_property
     def jacobian(self) -> FloatArray:
-        """Change of the m kept residuals per tolerance, shape (f, m)."""
+        """Derivatives of the m kept residuals with respect to `scores`, shape (f, m)."""
         size, sigma = int(self.free.sum()), self.sigma[self.free]
         return -self.by_setup.readings[self.free][:, self.rows].reshape(size, -1) * sigma[:, None]
 
     @cached_property
     def normal(self) -> FloatArray:
-        """JᵀJ + 1: half the second derivative of `total` over `scores`, shape (f, f)."""
+        """JᵀJ + 1, half the second derivatives of `total` with respect to `scores`, (f, f)."""
         return np.asarray(self.jacobian @ self.jacobian.T + np.eye(len(self.jacobian)))
 
     @property
     def remaining(self) -> FloatArray:
-        """Covariance of the errors that remain, in tolerances, shape (f, f)."""
+        """Covariance of the remaining errors of `scores`, shape (f, f)."""
         if not (self.settled and self.free.any()):
             return np.eye(int(self.free.sum()))
         return np.asarray(np.linalg.inv(self.normal))
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of the errors that remain, shape (f, f)."""
+        """Covariance of the remaining errors of the fitted parameters, shape (f, f)."""
         sigma = self.sigma[self.free]
         return np.asarray(self.remaining * np.outer(sigma, sigma))
 
     @property
     def total(self) -> float:
-        """The sum that is minimised: χ² of the periods that are kept, and (p/σ)²."""
+        """The minimised sum: χ² of the kept periods, and Σ (p/σ)²."""
         return float(self.squares[self.kept].sum() + (self.scores**2).sum())
 
     @property
     def degrees(self) -> int:
-        """Degrees of freedom of the periods that are kept."""
+        """Degrees of freedom of the kept periods."""
         return int(self.rows.sum()) * len(self.task.used) - int(self.kept.sum())
 
     @cached_property
@@ -197,14 +197,14 @@ class Fit:
 
     @cached_property
     def heights_of_tips(self) -> tuple[FloatArray, FloatArray]:
-        """Distance of each tip beyond the plane of the surface (L), and its variance."""
+        """Height of each tip beyond the plane of the surface (L), and its variance."""
         blocks, change = self.task.blocks, self.by_setup.readings[self.task.number["eta"]]
         known = np.maximum(blocks.sums((change**2).sum(axis=1)), 1.0)
         return blocks.sums((change * self.residuals).sum(axis=1)) / known, 1.0 / known
 
     @cached_property
     def misfits(self) -> FloatArray:
-        """`squares`, less what the heights of the tips explain if the surface has slopes, (p,)."""
+        """`squares`, less the part explained by tip heights if the surface may slope, (p,)."""
         if not self.task.slope.deviation:
             return self.squares
         height, variance = self.heights_of_tips
@@ -212,7 +212,7 @@ class Fit:
 
     @cached_property
     def unevenness(self) -> tuple[float, int]:
-        """χ² of the heights of some tips, given the allowed slope, and their number."""
+        """χ² of the heights of some tips, given the allowed slope, and the number of these tips."""
         if not self.task.slope.deviation:
             return 0.0, 0
         kept = np.flatnonzero(self.kept)
@@ -223,13 +223,13 @@ class Fit:
 
     @property
     def misfit(self) -> float:
-        """χ² of the periods that are kept, of the heights of their tips, and (p/σ)²."""
+        """χ² of the kept periods, χ² of the heights of their tips, and Σ (p/σ)²."""
         heights, _ = self.unevenness
         return float(self.misfits[self.kept].sum() + heights + (self.scores**2).sum())
 
     @cached_property
     def fits_alone(self) -> BoolArray:
-        """Whether each period alone fits one contact, shape (p,)."""
+        """Whether each period by itself fits a tip that sticks at one place, shape (p,)."""
         blocks = np.bincount(self.task.blocks.period)
         free = 2 if self.task.slope.deviation else 1
         chance = chdtrc(np.maximum(len(self.task.used) * blocks - free, 1), self.misfits)
@@ -237,10 +237,10 @@ class Fit:
 
 
 def started(task: Task, given: Whisker, nearest: FloatArray) -> Fit:
-    """Start of the fit: the given set-up, and the x0 of the states nearest to the blocks."""
+    """Start the fit: the given set-up, with u from the x0 of the states nearest to the blocks."""
     (set_up,) = set_ups(task, given, np.zeros(len(task.parameters)))
     periods = len(task.spans)
-    # With u = 0 each block has the displacement that it has less than the last sample.
+    # With u = 0 the x0 of a block is its difference from the x0 of the last sample.
     _, before = set_up.states(np.zeros(periods))
     apart = np.split(nearest - before, task.blocks.starts[1:])
     u = np.array([np.median(of_one) for of_one in apart])
@@ -257,7 +257,7 @@ def fitted(start: Fit) -> Fit:
 
 
 def searched(start: Fit) -> Fit:
-    """Find the set-up by Gauss-Newton steps; the given one if they fail."""
+    """Fit the set-up by Gauss-Newton steps; return the given set-up if they do not converge."""
     best = replace(start, settled=not start.free.any())
     for _ in range(MOST_STEPS):
         if best.settled:
@@ -272,7 +272,8 @@ def searched(start: Fit) -> Fit:
 def _better(fit: Fit) -> Fit | None:
     """Take a Gauss-Newton step within the bounds, or a part of it, that does not raise `total`.
 
-    None if there is none. `scipy.optimize.least_squares` zigzags along bounds such as c ≥ 0.
+    Return None if there is no such step. (`scipy.optimize.least_squares` zigzags along bounds such
+    as c ≥ 0.)
     """
     low, high = _bounds(fit)
     try:
@@ -296,7 +297,7 @@ def _better(fit: Fit) -> Fit | None:
 
 
 def _bounds(fit: Fit) -> FloatArray:
-    """Least and largest scores, shape (2, f)."""
+    """Least and largest allowed `scores`, shape (2, f)."""
     given, number = fit.set_up.given, fit.task.number
     low, high = np.full(len(fit.p), -np.inf), np.full(len(fit.p), np.inf)
     low[number["theta"]] = 1.0 - given.theta

@@ -1,12 +1,12 @@
-"""The forward model: from a set-up p and the state of each period to readings and friction.
+"""The forward model: from parameters p of the set-up, and u of the periods, to readings and μ0.
 
-The clamp is at X on its path, at an angle δ to the surface, so that the height is
+The clamp is at X on its path, which has the angle δ to the surface. So the height is
 
     h(X) = η − X·sin δ.
 
 A tip at the place x_c has the displacement x0(X) = X·cos δ + x1_init(h) − x_c from the α = 0 state
-of that height. Each period has one unknown of its own, u: x0 in its last sample. The loads R(x0, h)
-are those of the rod; the transducer shows (1 + Σ p_k·M_k)·R and its zeros.
+of this height. Each period has one unknown u: x0 in its last sample. From the loads R(x0, h) of the
+rod the transducer makes the readings (1 + Σ p_k·M_k)·R plus its zeros.
 """
 
 from collections.abc import Mapping
@@ -33,16 +33,16 @@ from vibrissa.sensor.response.heights import (
 )
 from vibrissa.sensor.whisker import Whisker
 
-# Heights per part of the range of a stage, the widest part, and how much farther it is known, as
-# parts of the gap 1 − η between the surface and an upright rod.
+# Number of heights in each part of the range of heights. Width of the widest part, and margin at
+# the ends of the range, both as parts of the gap 1 − η between the surface and an upright rod.
 FEW, WIDE, ROOM = 4, 0.3, 0.03
-# Step of a derivative: relative, in rad, or in units of the rod; a height moves by this part of
-# the gap, downwards, as forces are singular at η = 1.
+# Steps of finite differences: in units of the parameter; for the height as a part of the gap,
+# downwards, as forces are singular at η = 1.
 STEP, STEP_IN_GAP = 1e-4, 1e-3
 
 
 def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
-    """Change a rod by deviations; its height is in units of its new length."""
+    """Change a whisker by deviations; its new height is in units of its new length."""
     mounting = given.mounting
     first, *others = mounting.coefficients
     return replace(
@@ -64,12 +64,17 @@ def scale_of(size: Mapping[str, float]) -> float:
 
 
 def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
-    """Solve the rods of several set-ups together, at the heights that they pass.
+    """Solve the rods of several set-ups together, at the heights that the stage passes.
+
+    Parameters
+    ----------
+    *sets : ndarray, shape (k,)
+        Parameters of each set-up.
 
     Raises
     ------
     NoResponseError
-        If one of them has no response.
+        If one of the rods has no response.
     """
     sizes = [task.sizes_of(p) for p in sets]
     rods = [moved(given, size) for size in sizes]
@@ -105,9 +110,9 @@ def _nodes(rod: Whisker, height: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SetUp:
-    """A set-up that deviates by p from the given one, and its rod at all heights that it passes.
+    """A set-up with deviations p from the given one, and its rod at all heights of the stage.
 
-    Contacts `u`, shape (p,), are displacements x0 in the last samples of the periods (L).
+    The argument `u`, shape (p,), is the displacement x0 in the last sample of each period (L).
     """
 
     task: Task
@@ -121,7 +126,7 @@ class SetUp:
         return self.task.sizes_of(self.p)
 
     def at(self, clamp: FloatArray, contact: ArrayLike) -> tuple[HeightStates, FloatArray]:
-        """States at clamp positions, and displacements, with the tip at given places."""
+        """States at clamp positions, and displacements x0 of a tip at the place `contact` (L)."""
         rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
         states = self.heights.states(rod.height(clamp))
         return states, clamp * np.cos(rod.mounting.stage_angle) + states.x1_init - contact
@@ -135,19 +140,19 @@ class SetUp:
         return self.at(self.task.shown, self.contact(u)[self.task.blocks.period])
 
     def onset(self, u: FloatArray) -> tuple[HeightStates, FloatArray]:
-        """States and displacements in the three places of the step to the slip, (p, 3)."""
+        """States and x0 (L) at the beginning, middle and end of the step of the slip, (p, 3)."""
         ends = self.task.ends
         clamp = ends.clamp[:, None] + ends.gap[:, None] * np.array([0.0, 0.5, 1.0])
         return self.at(clamp, self.contact(u)[:, None])
 
     def friction(self, u: FloatArray) -> FloatArray:
-        """Friction required on the step to the slip, limited to the lock, shape (p, 3)."""
+        """Mobilised friction at the three places of `onset`, at most that of the lock, (p, 3)."""
         states, x0 = self.onset(u)
         x0 = np.clip(x0, states.x0_pull, states.x0_lock)
         return np.asarray(self.task.ends.sign[:, None] * states.demand(x0))
 
     def loads(self, states: HeightStates, x0: FloatArray, order: int = 0) -> FloatArray:
-        """Give the loads in units of the given rod, or their slopes over x0, (n, 3)."""
+        """Return loads, or their derivatives over x0, in units of the given rod, (n, 3)."""
         at, length = states.clip(x0), 1.0 + self.size["length"]
         return states.derivative(at, order) * np.array([length**-2, length**-2, 1.0 / length])
 
@@ -160,13 +165,14 @@ class SetUp:
         return shown
 
     def changes(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Differentiate readings and friction over each parameter, at fixed u.
+        """Differentiate readings and friction with respect to each parameter, at fixed u.
 
         Returns
         -------
         ndarray, shape (k, n, 3)
+            Derivatives of the readings.
         ndarray, shape (k, p)
-            Friction in the middle of the step to the slip.
+            Derivatives of the friction in the middle of the step in which the tip slips.
         """
         parameters, loads = self.task.parameters, self.loads(*self.states(u))
         before, friction = self.readings(loads), self.friction(u)[:, 1]
@@ -189,10 +195,10 @@ class SetUp:
 
 
 def _part(heights: FloatArray, branches: list[Response]) -> Heights:
-    """Interpolate branches between a few heights."""
+    """Interpolate responses between a few heights."""
     low, high = float(heights[0]), float(heights[-1])
     found = Heights(low=low, high=high, branches=tuple(branches))
-    # What ends a branch, far past its lock, may change with the height.
+    # The kind of end of a response, far past its lock, may differ between heights.
     if len({len(branch.bounds) for branch in branches}) > 1 or not found.finite:
         raise NoResponseError(
             f"the contact changes between the heights {low:.6g} and {high:.6g} (in units of L)"

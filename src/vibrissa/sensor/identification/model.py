@@ -1,4 +1,4 @@
-"""Reading by the model of the rod: one fit of set-up and contacts to all recorded channels."""
+"""Friction by the model of the rod: one fit of the set-up and all contacts to all channels."""
 
 from dataclasses import replace
 
@@ -18,15 +18,15 @@ from vibrissa.sensor.response.heights import check_range
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
-# A sample is no state of the rod if its readings differ by more than this part of them, and by more
-# than noise. If more than this part of the samples is none, it is another rod or has a bias.
+# A sample is no state of the rod if its residual exceeds the part MOST_MISFIT of its readings, and
+# the noise. If more than the part MOST_OFF of the samples are no states, the recording is refused.
 MOST_MISFIT, MOST_OFF = 0.1, 0.2
-# Standard deviations by which a contact has surely moved.
+# Number of standard deviations by which a contact must move forward in a slip.
 CERTAIN = 6.0
 
 
 def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
-    """States at the height half-way along the stage's path.
+    """Make the table of states at the middle of the heights that the stage passes.
 
     Raises
     ------
@@ -40,12 +40,12 @@ def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
 
 
 def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identification:
-    """Read the friction of the periods of a recording.
+    """Estimate the friction of the periods of a recording by the model of the rod.
 
     Raises
     ------
     WrongRodError
-        If most samples are no states of the rod.
+        If more than 20 % of the samples are no states of the rod.
     NoResponseError
         If the rod has no response.
     """
@@ -72,7 +72,7 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
 
 
 def unfitted(found: Identification, settled: bool = True) -> Check:
-    """Doubt all periods as the recording does not fit the given set-up."""
+    """Return the reason to doubt all periods: the recording does not fit the given set-up."""
     if not settled:
         why = "the recording is too far from the given set-up to be fitted"
     elif found.fits:
@@ -83,7 +83,7 @@ def unfitted(found: Identification, settled: bool = True) -> Check:
 
 
 def _check_states(fit: Fit) -> None:
-    """Refuse a recording most of whose samples are no states of the rod."""
+    """Refuse a recording in which more than 20 % of the samples are no states of the rod."""
     blocks = fit.task.blocks
     squares = (fit.residuals**2).sum(axis=1) / blocks.count
     size = (fit.task.weighted(blocks.readings) ** 2).sum(axis=1)
@@ -98,7 +98,7 @@ def _check_states(fit: Fit) -> None:
 
 
 def _checks(fit: Fit, periods: Periods) -> list[Check]:
-    """Check whether the readings fit the rod, and the slips go with the clamp."""
+    """Check that each period fits a tip that sticks, and that the tip slips with the clamp."""
     worst = fit.task.blocks.sums(fit.residuals**2).argmax(axis=1)
     contact = fit.set_up.contact(fit.u)
     own = np.hypot(fit.known**-0.5, fit.task.recording.position)
@@ -117,7 +117,7 @@ def _checks(fit: Fit, periods: Periods) -> list[Check]:
 
 
 def read_periods(fit: Fit) -> Periods:
-    """Read the friction of the periods."""
+    """Estimate the friction of the periods from a fit."""
     sign = fit.task.ends.sign
     states, x0 = fit.set_up.onset(fit.u)
     slope = states.demand_slope(np.clip(x0, states.x0_pull, states.x0_lock))[:, 1]
@@ -129,7 +129,7 @@ def read_periods(fit: Fit) -> Periods:
     effects = effects[:, fit.free]
     common = common_deviation(effects, fit.covariance)
     along = fit.set_up.friction(fit.u)
-    # The tip cannot have slipped past the lock, or loaded against the motion.
+    # The tip slips only between the end of pulling and the lock, with friction against its motion.
     first, last = np.sort(x0, axis=1)[:, [0, -1]].T
     possible = last + HALF_WIDTH * own > states.x0_pull[:, 1]
     possible &= first - HALF_WIDTH * own < states.x0_lock[:, 1]
@@ -139,9 +139,9 @@ def read_periods(fit: Fit) -> Periods:
     least, past = _least(fit, own)
     least += by_height - HALF_WIDTH * common
     opened = fit.task.spans.opened
-    # Pulled back from past the lock a tip slips after all, but not pushed on.
+    # Past the lock the tip can slip if the clamp goes back, but not if it goes on.
     locked = fit.task.spans.swung | (past & (opened | (sign > 0.0)))
-    # A tip that has stuck with more friction than that at which it slipped did not slip.
+    # If the tip stuck with more friction than at the end of the period, it did not slip there.
     more = ~locked & ~opened & (least > periods.high)
     status = np.select(
         [np.isnan(least) | more, locked, opened, np.isnan(periods.mu0)],
@@ -153,13 +153,13 @@ def read_periods(fit: Fit) -> Periods:
 
 def _own(fit: Fit) -> FloatArray:
     """Return the standard deviation of the last x0 of each period for a known set-up, (p,)."""
-    # Behind a filter the beginning of a slip is hidden in noise, for up to its delay.
+    # With a filter the beginning of a slip is hidden in noise, for up to the delay.
     late = fit.task.recording.lag[fit.task.spans.ends] / np.sqrt(12.0)
     return np.sqrt(1.0 / fit.known + fit.task.recording.position**2 / 2.0 + late**2)
 
 
 def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Change of μ0 due to the height of each tip, and its standard deviation."""
+    """Change of μ0 due to the height of each tip, and the standard deviation of this change."""
     if not (fit.task.slope.deviation and fit.settled):
         return np.zeros(len(fit.u)), np.zeros(len(fit.u))
     height, variance = fit.heights_of_tips
@@ -169,15 +169,15 @@ def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _least(fit: Fit, own: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Least friction with which the tip can have stuck, and whether it stuck past the lock.
+    """Least friction that the tip needed to stick in each period; whether it stuck past the lock.
 
-    NaN where a sample is no state of the rod.
+    The friction is NaN if a sample of the period is no state of the rod.
     """
     blocks = fit.task.blocks
     states, x0 = fit.set_up.states(fit.u)
     wide = HALF_WIDTH * own[blocks.period]
     none = (x0 - wide > states.x0_end) | (x0 + wide < states.x0_pull)
-    # Pushed states need at least what those a little before them do.
+    # Take the state nearest to α = 0 within the uncertainty of x0: it needs the least friction.
     x0 = np.where(x0 > 0.0, np.maximum(x0 - wide, 0.0), np.minimum(x0 + wide, 0.0))
     needed = np.where(none, np.nan, np.abs(states.demand(states.clip(x0))))
     past = np.logical_or.reduceat(x0 >= states.x0_lock, blocks.starts)

@@ -1,9 +1,10 @@
-"""Reading without a rod: the ratio of the forces at the onset of slip, μ0 = |fx/fy|.
+"""Friction without a rod: the ratio of the forces at the onset of slip, μ0 = |fx/fy|.
 
-A polynomial is fitted to each force over the last samples of a period, and read at the onset.
-All periods share the degree with the least error. The mean change of μ0 by the next degree,
-whose variance is the difference of the two variances (Hausman), is added to μ0; its scatter
-beyond noise is an error of each period (DerSimonian and Laird).
+A polynomial is fitted to each force over the last samples of a period, and evaluated at the onset.
+All periods have the same degree, the one with the least error. In each period μ0 changes with the
+next degree; the variance of this change is the difference of the two variances (Hausman). The mean
+change is added to μ0. The scatter of the changes beyond noise is an error of each period
+(DerSimonian and Laird).
 """
 
 from collections.abc import Sequence
@@ -33,28 +34,29 @@ from vibrissa.sensor.identification.uncertainty import (
 
 # Highest degree that is chosen.
 MOST_DEGREE = 6
-# What all higher degrees change at most, as a part of what the next one does: for smooth forces
-# each changes a tenth of what the one before does.
+# Largest change of μ0 by all further degrees, as a part of the change by the next degree. For
+# smooth forces the change by each degree is a tenth of that by the degree before.
 REST = 0.2
-# A period with too few samples for a degree counts as such an error of μ0.
+# Error of μ0 that is assumed for a period with too few samples for a degree.
 UNREAD = 0.1
-# A fit with residuals of a lower probability than this tells nothing.
+# Probability of its residuals below which a fit is not used.
 UNLIKELY = 1e-9
-# Least over largest eigenvalue of a fit that its samples determine; 1e-3 if evenly spaced.
+# Least ratio of the smallest to the largest eigenvalue of a fit that is determined by its samples;
+# with evenly spaced samples it is 1e-3.
 LEAST_TOLD = 1e-12
-# Lengths of the window up to which a fit is asked for what is beyond it.
+# Largest distance of an extrapolation, in lengths of the window.
 MOST_BEYOND = 1e3
-# Parts of a window that are no distance.
+# Part of a window that is rounding, not a distance.
 ROUNDING = 1e-9
-# The step to the slip: its beginning, middle and end.
+# Beginning, middle and end of the step in which the tip slips.
 STEP = np.array([0.0, 0.5, 1.0])
-# Places in a window, from its beginning to the last sample, where the ratio is looked at, and by
-# how many standard deviations it has been larger there if the tip has locked.
+# Places in a window, from its beginning to the last sample. The tip has locked if the ratio at one
+# of them is larger than at the last sample by CERTAIN standard deviations.
 PLACES = np.linspace(-1.0, 0.0, 9)
 CERTAIN = 6.0
-# A normal force of fewer standard deviations is none.
+# Least normal force with which the tip presses on the surface, in standard deviations.
 PRESSES = 10.0
-# From more than this part of the periods on that end past a lock forces are swapped.
+# If more than this part of the periods end past a lock, the forces may be swapped.
 MOST_LOCK = 0.5
 
 
@@ -65,18 +67,19 @@ class Onsets:
     Attributes
     ----------
     coefficients : ndarray, shape (p, degree + 1, 2)
-        Of Legendre polynomials of 1 + 2·t, with t from −1 at the beginning of the window to 0 in
-        the last sample, for fx and fy; NaN where a period has too few samples.
+        Coefficients of Legendre polynomials of 1 + 2·t for fx and fy, where t is −1 at the
+        beginning of the window and 0 in the last sample; NaN if a period has too few samples.
     covariance : ndarray, shape (p, degree + 1, degree + 1)
-        Of the coefficients, for a reading of variance 1.
+        Covariance of the coefficients, for a reading of variance 1.
     noise : ndarray, shape (2,)
-        Noise of fx, fy.
+        Standard deviation of one reading of fx and fy.
     step : ndarray, shape (p, 3)
-        Beginning, middle and end of the step to the slip, as t; later by the lag of the readings.
+        t at the beginning, middle and end of the step in which the tip slips, plus the lag of the
+        readings.
     chance : ndarray, shape (p,)
-        Probability of such residuals, or larger ones, if the forces are such polynomials.
+        Probability of these residuals or larger ones, if the forces are such polynomials.
     change, between, shared : float
-        Mean change by the next degree, its variance from period to period, and the standard
+        Mean change of μ0 by the next degree, its variance from period to period, and the standard
         deviation of the mean.
     """
 
@@ -94,7 +97,7 @@ class Onsets:
         basis = legvander(1.0 + 2.0 * t, self.coefficients.shape[1] - 1)
         fx, fy = np.moveaxis(basis @ self.coefficients, -1, 0)
         spread = np.sqrt(((basis @ self.covariance) * basis).sum(axis=-1))
-        # A recording that is not of this rod may lead a straight line through fy = 0.
+        # The extrapolated fy may be 0, if the forces are not those of a rod.
         with np.errstate(divide="ignore", invalid="ignore"):
             return fx / fy, spread * deviation_of(fx / fy, fy, self.noise)
 
@@ -109,12 +112,12 @@ class Onsets:
 
     @property
     def own(self) -> FloatArray:
-        """Standard deviation of each period, by noise and by too low a degree, shape (p,)."""
+        """Standard deviation of μ0 in each period, by noise and by too low a degree, shape (p,)."""
         return np.asarray(np.hypot(self._read[1][:, 1], np.sqrt(self.between)))
 
     @property
     def error(self) -> float:
-        """Mean square of all errors."""
+        """Mean square error of μ0 over all periods."""
         by_step = (self.along[:, 2] - self.along[:, 0]) / np.sqrt(12.0)
         own = np.nan_to_num(np.hypot(self.own, by_step), nan=UNREAD)
         return float((own**2).mean() + self.shared**2)
@@ -126,15 +129,16 @@ def deviation_of(ratio: FloatArray, fy: FloatArray, noise: FloatArray) -> FloatA
 
 
 def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
-    """Take the last samples of each period, within the usual travel of one.
+    """Take the last samples of each period, at most over the median travel of a period.
 
     Returns
     -------
     window : Blocks
-        Both forces, as if the clamp moved forward. The clamp positions count from the last sample
-        in lengths of the window: −1 to 0, above 0 where the clamp had been further and turned.
+        Blocks with both forces, as if the clamp moved forward. Clamp positions are distances from
+        the last sample in lengths of the window: from −1 to 0; above 0 if the clamp had been
+        further and turned.
     length : ndarray, shape (p,)
-        Of the window, negative where the clamp moves backward; 0 where it does not move.
+        Length of the window (L); negative if the clamp moves backward, 0 if it does not move.
     """
     way = blocks.clamp - ends.clamp[blocks.period]
     length = np.maximum.reduceat(np.abs(way), blocks.starts)
@@ -142,7 +146,7 @@ def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
     # Signed, so that the places in the window are negative whichever way the clamp moved.
     length *= np.where(blocks.sums(way) > 0.0, -1.0, 1.0)
     near = np.abs(way) <= np.abs(length)[blocks.period] * (1.0 + ROUNDING)
-    # The last one is there even of a clamp that turned.
+    # The last block always belongs to the window, even if the clamp turned.
     near[np.append(blocks.starts[1:], len(blocks)) - 1] = True
     window, size = blocks.take(near), np.where(length == 0.0, 1.0, length)
     forward = np.column_stack([ends.sign, np.ones(len(ends))])
@@ -159,7 +163,7 @@ def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: i
     basis = legvander(1.0 + 2.0 * window.clamp, degree) * root
     values = window.readings * root
     information = window.sums(basis[:, :, None] * basis[:, None, :])
-    # Positions that are different, but next to each other beside one that is far off, do not do.
+    # Different positions do not suffice if they are close together, except for one far away.
     sizes = np.linalg.eigvalsh(information)
     enough = (sizes[:, 0] > LEAST_TOLD * sizes[:, -1]) & np.isfinite(step[:, 1])
     information[~enough] = np.eye(degree + 1)
@@ -180,9 +184,9 @@ def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: i
 
 
 def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
-    """Read the ratio of the forces at the onset of slip that ends each period, and its own error.
+    """Estimate the ratio of the forces at each onset of slip, and its error in each period, (p,).
 
-    Each degree is corrected by the next; the degree with the least error counts.
+    Each degree is corrected by the next; the degree with the least error is used.
     """
     ends, position = task.ends, task.recording.position
     gap = np.where(task.spans.cut, 0.0, ends.gap)
@@ -191,20 +195,20 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
     step = (task.recording.lag[task.spans.ends] + gap * STEP[:, None]).T / length[:, None]
     noise = task.noise[FORCES]
     if position:
-        # Noise of the positions is one of the forces, too: by how they grow with the clamp.
+        # Noise of the positions acts as noise of the forces, which grow with the position.
         straight = fitted_forces(window, noise, step, 1).coefficients[:, 1]
         growth = np.nanmedian(np.abs(2.0 * straight / length[:, None]), axis=0)
         noise = np.hypot(noise, np.nan_to_num(growth) * position)
     fits = [fitted_forces(window, noise, step, n) for n in range(1, MOST_DEGREE + 2)]
     best = min((_corrected(low, high) for low, high in pairwise(fits)), key=lambda one: one.error)
-    # The middle of the step to the slip lies between two positions.
+    # The middle of the step in which the tip slips is the mean of two positions.
     way = np.where(gap != 0.0, np.abs(gap), np.inf)
     by_position = np.abs(best.along[:, 2] - best.along[:, 0]) / way * position / np.sqrt(2.0)
     return best, np.hypot(best.own, by_position)
 
 
 def _corrected(low: Onsets, high: Onsets) -> Onsets:
-    """Add to one degree the mean change by the next, in the middle of the step."""
+    """Add to μ0 by one degree its mean change by the next degree, in the middle of the step."""
     change, variance = (high.along - low.along)[:, 1], high.own**2 - low.own**2
     told = (variance > 0.0) & (high.chance > UNLIKELY)
     if not told.any():
@@ -218,12 +222,12 @@ def _corrected(low: Onsets, high: Onsets) -> Onsets:
 
 
 def read_ratio(task: Task) -> Identification:
-    """Read the friction of the periods of a recording.
+    """Estimate the friction of the periods of a recording by the ratio of the forces.
 
     Raises
     ------
     RecordingError
-        If a force is constant or of the wrong sign, or they seem swapped or have no noise.
+        If a force has no noise, is constant or of the wrong sign, or if the forces seem swapped.
     """
     if not task.both_forces:
         raise RecordingError("the method ratio needs both forces, with a noise above 0 each")
@@ -232,7 +236,7 @@ def read_ratio(task: Task) -> Identification:
     check_forces(forces, noise)
     onsets, own = read_onsets(task)
     parameters = [one for one in task.parameters if one.of in BEARING and one.deviation > 0.0]
-    # How the forces curve is an error of all periods, too.
+    # The error by the degree of the polynomials is common to all periods, too.
     effects = _effects(task, onsets.along[:, 1], parameters)
     effects = np.column_stack([effects, np.ones(len(effects))])
     covariance = np.diag([*(one.deviation**2 for one in parameters), onsets.shared**2])
@@ -258,7 +262,7 @@ def read_ratio(task: Task) -> Identification:
 def _effects(task: Task, mu0: FloatArray, parameters: Sequence[Parameter]) -> FloatArray:
     """Change of the friction per unit of each parameter, shape (p, k): −(δfx − (fx/fy)·δfy)/fy."""
     ends, last, sign = task.spans.ends, task.last, task.ends.sign
-    # A moment that was not recorded is taken as that of full scale, of which crosstalk is a part.
+    # A moment that was not recorded is taken as 1, the full scale to which crosstalk refers.
     loads = np.nan_to_num(task.recording.readings[ends], nan=1.0)
     found = np.zeros((len(ends), len(parameters)))
     for column, one in zip(found.T, parameters, strict=True):
@@ -300,7 +304,7 @@ def _statuses(onsets: Onsets, task: Task) -> tuple[StrArray, FloatArray]:
     """Status of each period, and the least friction with which its tip stuck."""
     spans, noise = task.spans, task.noise[FORCES]
     ratio, deviation = onsets.ratio(PLACES)
-    # Where too few samples make a curve, the last one alone tells.
+    # Without enough samples for a polynomial, the last sample alone gives a ratio.
     fx, fy = task.recording.readings[spans.ends][:, FORCES].T
     presses = fy < -PRESSES * noise[1]
     alone = task.ends.sign * fx / np.where(presses, fy, np.nan)

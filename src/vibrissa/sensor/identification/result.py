@@ -1,8 +1,8 @@
 """Result of an identification: friction of the periods, in the units of the rod.
 
-The ratio of the forces, which needs no rod, is compared with the model of the rod. Both read the
-same samples, and the model makes the most of them: the common errors of their difference have at
-most the variance of those of the ratio (Hausman, 1978).
+The friction by the model of the rod is compared with that by the ratio of the forces, which needs
+no rod. Both use the same samples, and the model uses them efficiently: the common errors of the
+difference have at most the variance of the common errors of the ratio (Hausman, 1978).
 """
 
 from dataclasses import dataclass, replace
@@ -18,27 +18,25 @@ from vibrissa.sensor.identification.uncertainty import common_deviation
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
 
-# By so many standard deviations the means differ, and the frictions of one period.
+# Numbers of standard deviations above which the means, and the frictions of one period, disagree.
 MEANS, ONE = 4.0, 6.0
-# Fewer periods are not compared.
+# Least number of periods whose means are compared.
 FEWEST = 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Beside:
-    """Friction by the model beside that by the ratio of the forces.
+    """Comparison of the friction by the model with the friction by the ratio of the forces.
 
     Attributes
     ----------
     ratio, deviation : ndarray, shape (p,)
-        μ0 of each period by the ratio, and its standard deviation; NaN where it was not read.
-    number : int
-        Periods that both methods read.
+        μ0 of each period by the ratio, and its standard deviation; NaN unless both methods have μ0.
     difference, spread : float
         Mean of model minus ratio, and its standard deviation. Periods that disagree by themselves
-        are left out if they are fewer than half; NaN if too few are left.
+        are left out if they are fewer than half. NaN if fewer than `FEWEST` periods have both.
     off : ndarray of bool, shape (p,)
-        Which periods disagree: all, where the means do.
+        Whether the methods disagree in each period; in all periods if the means disagree.
     """
 
     ratio: FloatArray
@@ -60,24 +58,25 @@ class Identification(Tabular):
     Attributes
     ----------
     periods : Periods
-        Nondimensional.
+        Nondimensional periods with their friction.
     units : Units
         Units of the results.
     by_model : bool
-        Whether the model of the rod read the periods, and not the ratio of the forces.
+        Whether friction was estimated by the model of the rod, not by the ratio of the forces.
     estimates : tuple of Estimate
-        Deviations from the given set-up that have a tolerance.
+        Estimates of the quantities of the set-up that have a tolerance.
     covariance : ndarray, shape (k, k)
-        Of the remaining errors of `estimates` and, by the ratio, of how the forces curve.
+        Covariance of the remaining errors of `estimates` and, by the ratio, of the error by the
+        degree of the polynomials.
     slope : Slope
         Tolerance of the local slope of the surface.
     goodness : Goodness or None
         Whether the recording as a whole fits the given set-up; None without a rod.
     causes : tuple of Cause
-        Quantities that may differ from their given values, if the recording does not fit or one
-        is far off.
+        Quantities that may differ from their given values, if the recording does not fit or an
+        estimate is far from its given value.
     beside : Beside or None
-        The model of the rod beside the ratio of the forces.
+        Comparison of the two methods; None if only one was used.
     """
 
     periods: Periods
@@ -91,7 +90,7 @@ class Identification(Tabular):
     beside: Beside | None = None
 
     def summary(self) -> FrictionSummary:
-        """Mean of μ0, how well it is known, and what limits it; prints as a few lines."""
+        """Mean of μ0, its uncertainty, and the tolerances that limit it; prints as a few lines."""
         return summary_of(self)
 
     @property
@@ -105,7 +104,7 @@ class Identification(Tabular):
         return replace(self, periods=replace(self.periods, left_out=left_out))
 
     def doubted(self, *checks: Check) -> "Identification":
-        """Add reasons to doubt."""
+        """Add reasons to doubt the friction of some periods."""
         return replace(self, periods=self.periods.doubted(*checks))
 
     def __repr__(self) -> str:
@@ -142,18 +141,18 @@ class Identification(Tabular):
 
 
 def beside(model: Identification, ratio: Identification) -> Beside:
-    """Compare the model with the ratio of the forces, both of the same periods."""
+    """Compare the friction by the model with that by the ratio of the forces, period by period."""
     one, other = model.periods, ratio.periods
     known = (one.status == PeriodStatus.SLIP) & (other.status == PeriodStatus.SLIP)
     known &= other.grade != Grade.WRONG
     apart = one.mu0 - other.mu0
     own = one.by_noise**2 + other.by_noise**2
-    # The onset is late by the same part of the step.
+    # Both methods have the same error of the onset within the step.
     by_step = np.abs(one.by_step - other.by_step)
     alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + other.common**2))
     difference = spread = np.nan
     if known.sum() >= FEWEST:
-        # One that disagrees by itself does not make all of them doubtful.
+        # A single period that disagrees does not make all periods doubtful.
         kept = known & ~alone if 2 * alone.sum() < known.sum() else known
         effect = other.effects[kept].mean(axis=0)[None]
         variance = common_deviation(effect, ratio.covariance)[0] ** 2

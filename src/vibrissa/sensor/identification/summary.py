@@ -1,15 +1,16 @@
 """Friction of a surface from a recording, in a few numbers and lines.
 
-Period i has the friction μ_i, with errors n_i by the readings, s_i by the step and e_i by the
-set-up, which all periods share. The friction varies by t² (DerSimonian and Laird). The step has
-the shared part s'_i² = max(0, s_i² − l²), where l² is t² less two of its standard errors. With
-the weights w_i = 1/(n_i² + t² + s'_i²), normalised,
+Period i has the friction μ_i. Its errors are n_i by the readings, s_i by the step, and e_i by the
+set-up, which all periods share. Friction varies from place to place with the variance t²
+(DerSimonian and Laird). Of the error by the step periods share the part s'_i² = max(0, s_i² − l²),
+where l² is t² less two of its standard errors. With the weights w_i = 1/(n_i² + t² + s'_i²),
+normalised,
 
     mean = Σ w_i·μ_i,   random² = Σ w_i²·(n_i² + s_i² − s'_i²),
     common² = (Σ w_i·s'_i)² + (Σ w_i·e_i)·C·(Σ w_i·e_i)ᵀ.
 
-An exact tolerance i takes (C·e)_i²/C_ii off the variance of the mean, where C is the covariance
-of the remaining errors, and e the change of the mean per unit of each error.
+C is the covariance of the remaining errors of the set-up, and e the change of the mean per unit of
+each error. If quantity k were exact, the variance of the mean would fall by (C·e)_k²/C_kk.
 """
 
 from collections.abc import Iterator
@@ -29,14 +30,15 @@ from vibrissa.wording import counted
 if TYPE_CHECKING:
     from vibrissa.sensor.identification.result import Identification
 
-# Where more than this part of the frictions is graded wrong, none is left out: the rod is another
-# one, and the mean is given with a warning.
+# If more than this part of the frictions is graded wrong, none is left out: the rod may be the
+# wrong one, and the mean is printed with a warning.
 MOST_WRONG = 0.5
-# What leaves more of the standard deviation if it were exact is not to be measured first.
+# A quantity should be measured first if, were it exact, less than this part of the standard
+# deviation remained.
 HELPS = 0.95
-# So many of those are named.
+# Largest number of such quantities that are named.
 NAMED = 3
-# Part of a variance that rounding leaves of a difference, and a variance that is none.
+# Part of a variance that is rounding of a difference, and least variance.
 ROUNDING, LEAST = 1e-12, 1e-200
 
 
@@ -53,16 +55,16 @@ class FrictionSummary:
     random : float
         Standard deviation of the mean by errors that differ from period to period.
     common : float
-        The same by errors that all periods share; it does not average out.
+        Standard deviation of the mean by errors that all periods share, which do not average out.
     if_exact : dict of str to float
-        What `deviation` would be if one tolerance were exact and the others as they are, the
-        smallest first: what to measure first.
+        For each quantity with a tolerance, the `deviation` if this quantity alone were exact. The
+        smallest comes first: measure its quantity first.
     variation : float
-        Standard deviation of μ0 from place to place, beyond its errors; 0 where it is not certain.
+        Standard deviation of μ0 from place to place, beyond its errors; 0 if it is not certain.
     used : int
         Number of periods in the mean.
     left : dict of str to int
-        Numbers of the others, by status or by grade of their doubts.
+        Numbers of the other periods, by their status or grade.
     least : float
         Largest lower bound of μ0 in any period not graded wrong; NaN without a bound.
     doubtful, wrong : int
@@ -155,7 +157,7 @@ class FrictionSummary:
 
 
 def summary_of(found: "Identification") -> FrictionSummary:
-    """Summarise the friction of some periods."""
+    """Summarise the friction of the periods of an identification."""
     periods, wrong = found.periods, found.periods.grade == Grade.WRONG
     slips = periods.status == PeriodStatus.SLIP
     most = wrong[slips].sum() > MOST_WRONG * slips.sum()
@@ -177,7 +179,7 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
     """Add the mean of the used periods."""
     slope, covariance = known.found.slope, known.found.covariance
     noise, step = some.by_noise**2, some.by_step**2
-    # One without any error would have all the weight.
+    # A period without any error would have all the weight.
     floor = np.maximum(ROUNDING * some.deviation**2, LEAST)
     between, error = variance_between(some.mu0, np.maximum(noise, floor))
     same_step = np.maximum(step - max(0.0, between - 2.0 * error), 0.0)
@@ -185,7 +187,7 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
     weights /= weights.sum()
     effect = weights @ some.effects
     common = np.hypot(weights @ np.sqrt(same_step), common_deviation(effect[None], covariance)[0])
-    # Of the error by the slope of the surface neighbours share a part.
+    # Errors by the slope of the surface are correlated in neighbouring periods.
     by_slope = slope.variance_of_mean(weights, some.mu0, some.footpoint)
     more = by_slope - weights**2 @ slope.errors(some.mu0) ** 2
     random = np.sqrt(weights**2 @ (noise + step - same_step) + more)
@@ -203,19 +205,19 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
 
 
 def _gained(effect: FloatArray, found: "Identification") -> dict[str, float]:
-    """Variance that the mean would lose with each tolerance exact."""
+    """Decrease of the variance of the mean if each quantity alone were exact, by name."""
     names, gained = [one.parameter.of for one in found.estimates], {}
     along = found.covariance @ effect
     for name in dict.fromkeys(names):
         rows = np.flatnonzero([one == name for one in names])
-        # Parts of which one is known by the others, or known, have no inverse.
+        # The covariance is singular if one part is exact, or follows from the others.
         inverse = np.linalg.pinv(found.covariance[np.ix_(rows, rows)], hermitian=True)
         gained[name] = float(along[rows] @ inverse @ along[rows])
     return gained
 
 
 def _variation(mu0: FloatArray, variance: FloatArray) -> float:
-    """Estimate the variation from place to place; 0 where Cochran's test is not certain."""
+    """Estimate the variation of μ0 from place to place; 0 unless Cochran's test shows it."""
     mean = np.average(mu0, weights=1.0 / variance)
     squares = float(((mu0 - mean) ** 2 / variance).sum())
     if len(mu0) < 2 or chdtrc(len(mu0) - 1, squares) >= LEVEL:
