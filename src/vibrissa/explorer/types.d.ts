@@ -20,10 +20,10 @@ interface State {
   unknowns: Float64Array; // slopes at the nodes, then fx, fy and s_c
   contact: Contact;
   offset: number; // position of the tip along the surface, relative to the clamp
-  height: number; // of the contact point over the clamp
+  height: number; // height of the contact point above the clamp
   fx: number;
   fy: number;
-  m: number; // at the clamp
+  m: number; // bending moment at the clamp
   phi1: number; // slope at the contact point
   sc: number; // arc length of the contact point
 }
@@ -72,7 +72,7 @@ interface Factors {
   size: number;
   rows: Float64Array;
   order: Int32Array;
-  sign: number; // of that order
+  sign: number; // sign of the permutation `order`
 }
 
 /** Nodes and weights, with matrices that integrate the polynomial through values at the nodes. */
@@ -104,7 +104,7 @@ interface Beginning {
   ideal: State;
 }
 
-/** A state with a share of all deviations of a mounting. */
+/** A state in a mounting with a share of all deviations from the ideal one. */
 interface Partly {
   state: State;
   share: number;
@@ -155,7 +155,7 @@ interface Path {
   pushed: Arm;
   pulled: Arm;
   lock: Knot | null; // the critical state; null where −tan α has no maximum
-  muLock: number; // infinite where the tip lifts off; NaN where the path ends before
+  muLock: number; // infinite if the tip lifts off; NaN if the path ends before the lock
   x0End: number; // displacement at the end of the pushed arm
   x0Pulled: number; // displacement at the end of the pulled arm, negative
 }
@@ -188,12 +188,12 @@ type Limit = "slips" | "swings" | "slips back" | "snaps" | "lifts" | "inadmissib
 interface Sticking {
   path: Path;
   friction: Friction;
-  high: number; // where it ends when x0 grows
+  high: number; // where sticking ends when x0 grows
   highBy: Limit;
-  low: number; // where it ends when x0 falls
+  low: number; // where sticking ends when x0 falls
   lowBy: Limit;
   touch: number; // where the tip's slope is zero; NaN where it never is
-  lock: number; // the critical state; NaN where the tip slips before
+  lock: number; // at the critical state; NaN if the tip slips before it
 }
 
 /** Where clamp and tip are. */

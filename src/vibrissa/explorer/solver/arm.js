@@ -215,7 +215,7 @@ function ending(branch, side, from, to) {
 }
 
 /**
- * The same, without regard to inadmissible shapes.
+ * How and where an arm ends between two knots for another reason than an inadmissible shape.
  * @type {(branch: Branch, side: number, from: Knot, to: Knot) => Ending | null}
  */
 function turning(branch, side, from, to) {

@@ -9,7 +9,7 @@ import { DEFAULTS, mountingOf } from "./settings.js";
 const MOST_READINGS = 1500;
 const MOST_PARTS = 16;
 const PARTS_OF_A_STEP = 4;
-/** Nearest and furthest height at which a period on an oblique stage is solved. */
+/** Lowest and largest height at which a period on an oblique stage is solved. */
 const HEIGHTS = { low: 0.05, high: 0.998 };
 
 /** @type {(settings: Settings) => Required<Given>} */
