@@ -38,7 +38,7 @@ class TableError(VibrissaError):
 
 
 class DamagedTableError(TableError):
-    """A damaged table; the next run writes it again after its file is deleted."""
+    """A damaged table; delete its file, and the next run writes it again."""
 
     REMEDY = "delete it and run again: it is made again"
 
@@ -52,11 +52,11 @@ class ComparisonError(VibrissaError):
 
 
 class RecordingError(VibrissaError, ValueError):
-    """A recording, that is a table of measurements, that cannot be read or used."""
+    """A recording (a table of measurements) that cannot be read or used."""
 
 
 class OtherTableError(RecordingError):
-    """A file without the required columns, or not a CSV file; perhaps of another program."""
+    """A file that lacks required columns or is no CSV file; perhaps of another program."""
 
 
 class UndeterminedError(RecordingError):

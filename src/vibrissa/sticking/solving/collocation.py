@@ -191,7 +191,7 @@ def _curves(
 
 
 def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished) -> StickingCurve:
-    """Make a curve, not yet cut off at its end, of the resolved parts of one path."""
+    """Join the resolved parts of one path to a curve that is not yet cut off at its end."""
     # Exactly 0, not up to rounding.
     pushed.pieces.states.x0[0, 0] = 0.0
     limits = retraction.limits
