@@ -3,29 +3,29 @@
 SHELL := /bin/sh
 VENV := .venv
 PY := $(VENV)/bin/python
-# What is installed follows what is done: each of these has a lock file, and a stamp that is written
-# as the last step of its installation. An interrupted one has no stamp and is redone.
+# Groups of packages, each installed when a target needs it. Each has a lock file, and a stamp that is
+# written as the last step of its installation: an interrupted installation is redone.
 STUDY_STAMP := $(VENV)/.study
 TEST_STAMP := $(VENV)/.test
 DOCS_STAMP := $(VENV)/.docs
 LINT_STAMP := $(VENV)/.lint
 CLUSTER_STAMP := $(VENV)/.cluster
-# What `make setup` installs beside what a study needs: test, docs, lint, cluster.
+# Further groups that `make setup` installs: test, docs, lint, cluster.
 LOCKS ?=
 PIP_INSTALL := $(PY) -m pip install -qq --no-input --disable-pip-version-check
 # Tried in this order; name one yourself with `make PYTHON=/path/to/python3 ...`.
 PYTHON := python3 python3.13 python3.12 python3.11
-# Limit the cores used by a study with `make reproduce CORES=2`; the profiles say how many else.
+# Limit the cores used by a study with `make reproduce CORES=2`; the profile has the default.
 CORES ?=
-# Where the jobs run: this machine, or with PROFILE=workflow/profiles/slurm a cluster.
+# Profile for this machine; for a cluster, PROFILE=workflow/profiles/slurm.
 PROFILE ?= workflow/profiles/default
-# What a run needs: a cluster's profile has its plugins, too.
+# Groups that a run needs: a cluster's profile also needs plugins of Snakemake.
 RUN_STAMPS = $(STUDY_STAMP) $(if $(filter-out default,$(notdir $(PROFILE:/=))),$(CLUSTER_STAMP))
-# On a terminal with progress bars.
+# Progress bars are shown on a terminal only.
 RUN = $(PY) -m vibrissa.pipeline --workflow-profile "$(PROFILE)" $(if $(CORES),--cores $(CORES)) \
     $(shell test -t 2 && echo --logger rich)
 
-# Only what is in .venv counts, not what the user has elsewhere.
+# Only packages in .venv are used, not the user's other packages.
 unexport PYTHONPATH
 unexport PYTHONHOME
 export PYTHONNOUSERSITE := 1
@@ -44,36 +44,36 @@ help:
 	@echo "                            (studies/ has two: beyond.yaml, mounted.yaml)"
 	@echo "  make check                compare the results with the reference tables"
 	@echo "  make bless                update the reference tables; review them with git diff"
-	@echo "                            (check and bless take STUDY=my.yaml and REFERENCE=folder,"
-	@echo "                            of reference tables or for check of other results;"
-	@echo "                            check writes a summary, JSON and a diff to OUTPUT=folder)"
-	@echo "  make archive              a study with its results and code as one file, an RO-Crate"
+	@echo "                            (check and bless take STUDY=my.yaml, and REFERENCE=folder with"
+	@echo "                            reference tables or, for check, with other results; check"
+	@echo "                            writes check.md, check.json and new tables to OUTPUT=folder)"
+	@echo "  make archive              put a study, its results and code into one file, an RO-Crate"
 	@echo "                            (takes STUDY=my.yaml and OUTPUT=file.zip)"
-	@echo "  make verify               in an unpacked archive: make its results again and compare"
-	@echo "  make explorer             results/explorer.html: move the rod in a browser, without a network"
+	@echo "  make verify               in an unpacked archive: reproduce its results and compare"
+	@echo "  make explorer             make results/explorer.html: move the rod in a browser, offline"
 	@echo "Development:"
-	@echo "  make setup                install the locked packages into .venv; the others do it too"
-	@echo "                            (LOCKS='test docs lint cluster' for more than a study needs)"
-	@echo "  make test                 the tests (ARGS='tests/sensor -x' for some)"
+	@echo "  make setup                install the locked packages into .venv, as other targets do if needed"
+	@echo "                            (LOCKS='test docs lint cluster' for the packages of these, too)"
+	@echo "  make test                 run the tests (options of pytest: ARGS='tests/sensor -x')"
 	@echo "  make lint                 ruff, snakefmt, snakemake --lint, import layers, mypy"
-	@echo "  make docs                 the documentation as a site, in build/site"
+	@echo "  make docs                 build the documentation as a site, in build/site"
 	@echo "                            (warnings are errors; OUTPUT=folder)"
 	@echo "  make format               let ruff and snakefmt rewrite the source files"
 	@echo "  make lock                 bring locks/ in line with pyproject.toml"
-	@echo "                            (UPGRADE=1: and move to the newest versions)"
+	@echo "                            (UPGRADE=1: with the newest versions)"
 	@echo "  make clean                remove .venv and caches; results stay"
 	@echo "Long checks, after make setup LOCKS=test: .venv/bin/python -m validation --list"
 
 reproduce: $(RUN_STAMPS)
 	@$(RUN)
 
-# Asked before the installation starts, not after it. Snakemake would ignore a profile that is not there.
+# Checked before the installation starts. Snakemake would ignore a missing profile.
 ifeq ($(wildcard $(PROFILE)/config.yaml),)
 $(error No such profile: $(PROFILE))
 endif
 ifneq ($(filter study,$(MAKECMDGOALS)),)
 ifeq ($(STUDY),)
-$(error Say which study: make study STUDY=path/to/my.yaml)
+$(error STUDY is missing: make study STUDY=path/to/my.yaml)
 endif
 ifneq ($(shell test -f "$(STUDY)" && test -r "$(STUDY)" && echo readable),readable)
 $(error No such study file, or it cannot be read: $(STUDY))
@@ -102,7 +102,7 @@ setup: $(RUN_STAMPS) $(LOCKS:%=$(VENV)/.%)
 	@echo "$(VENV) is ready. For the commands vibrissa and python, type: . $(VENV)/bin/activate"
 
 # The stamp holds the folder's path: in a moved or copied folder .venv still points to the old one.
-# In shell words a quote in it is spelled '\''.
+# A quote in the path is written '\'' for the shell.
 HERE := '$(subst ','\'',$(CURDIR))'
 ifneq ($(shell test -f $(STUDY_STAMP) && printf '%s\n' $(HERE) | cmp -s - $(STUDY_STAMP) && echo same),same)
 .PHONY: $(STUDY_STAMP)
@@ -130,8 +130,8 @@ $(STUDY_STAMP): locks/study.lock pyproject.toml
 	@awk '/^[a-z]/ { keep = /^setuptools==/ } keep' locks/study.lock > $(VENV)/setuptools.lock
 	@$(PIP_INSTALL) --require-hashes -r $(VENV)/setuptools.lock
 	@$(PIP_INSTALL) --require-hashes --no-build-isolation --use-pep517 -r locks/study.lock
-# In place of an editable installation, which needs a build backend: the source is found here, and
-# the command is a module.
+# Instead of an editable installation, which needs a build backend: a .pth file points to the source,
+# and a script runs the module of the command.
 	@$(PY) -c 'import pathlib, sysconfig; pathlib.Path(sysconfig.get_path("purelib"), "vibrissa.pth").write_text(str(pathlib.Path("src").absolute()) + "\n")'
 	@printf '#!/bin/sh\nexec "$$(dirname "$$0")/python" -m vibrissa.cli "$$@"\n' > $(VENV)/bin/vibrissa
 	@chmod +x $(VENV)/bin/vibrissa
@@ -142,12 +142,12 @@ $(VENV)/.%: locks/%.lock $(STUDY_STAMP)
 	@$(PIP_INSTALL) --require-hashes --no-build-isolation --use-pep517 -r locks/$*.lock
 	@touch $@
 
-# With kept bytecode: without it each worker would rewrite the assertions of all tests anew.
+# Bytecode is kept: otherwise each worker would rewrite the assertions of all tests again.
 test: $(TEST_STAMP)
 	@env -u PYTHONDONTWRITEBYTECODE $(ONE_THREAD) $(PY) -m pytest -n logical --dist worksteal -p no:benchmark $(ARGS)
 
-# A link that leads nowhere is a warning, and a warning stops the build. -E reads all pages anew:
-# otherwise the search loses the terms of the pages that have not changed.
+# A broken link is a warning, and a warning stops the build. -E reads all pages again: otherwise the
+# search index lacks the pages that have not changed.
 docs: $(DOCS_STAMP)
 	@$(ONE_THREAD) $(PY) -m sphinx -q -W --keep-going -E -j 2 -b html docs "$(or $(OUTPUT),build/site)"
 	@echo "Open $(or $(OUTPUT),build/site)/index.html in a browser; it needs no network."
@@ -155,7 +155,7 @@ docs: $(DOCS_STAMP)
 explorer: $(STUDY_STAMP)
 	@$(PY) -m vibrissa.explorer results/explorer.html
 
-# What checks the types of the explorer's JavaScript; npm fetches it when it is needed first.
+# Type checker of the explorer's JavaScript; npx fetches it at its first use.
 TSC := npx --yes --package typescript@5.9.3 tsc --project src/vibrissa/explorer
 
 lint: $(LINT_STAMP)
@@ -185,9 +185,9 @@ lock: $(LINT_STAMP)
 	@$(COMPILE) --group docs --constraints locks/test.lock --output-file locks/docs.lock
 	@$(COMPILE) --group lint --constraints locks/test.lock --output-file locks/lint.lock
 	@echo "locks/ is written; put changed versions of what a study needs into environment.yml and" \
-	    "workflow/envs/vibrissa.yaml too (make test tells which)."
+	    "workflow/envs/vibrissa.yaml too (make test shows which)."
 
-# .snakemake stays: it remembers with which code and settings the results were made.
+# .snakemake stays: it records the code and settings with which the results were made.
 clean:
 	rm -rf $(VENV) .pytest_cache .ruff_cache .mypy_cache .hypothesis build dist
 	find src tests workflow -name __pycache__ -type d -prune -exec rm -rf {} +

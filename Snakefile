@@ -1,5 +1,5 @@
-# A parameter study of the sticking period of a tapered rod. One study file decides what is
-# computed: config.yaml, or the one given with --configfile, which then takes its place.
+# A parameter study of the sticking period of a tapered rod. One study file defines what is
+# computed: config.yaml, or the file given with --configfile in its place.
 #
 #   study file -> grids -> chunks -> stiction.parquet -> figures, claims, report
 #              -> scans, states, comparisons          ->

@@ -1,6 +1,6 @@
 """A headless Chromium, driven by its DevTools protocol over two pipes.
 
-That takes no driver program and no library: messages are JSON texts that end with a zero byte.
+This needs no driver program and no library: messages are JSON texts that end with a zero byte.
 """
 
 import json
@@ -27,7 +27,7 @@ class Page:
             self.call(f"{domain}.enable")
 
     def call(self, method, **params):
-        """Answer to a command; events that come before it are kept."""
+        """Send a command and return its result; events that arrive before it are stored."""
         self.count += 1
         message = {"id": self.count, "method": method, "params": params}
         if self.session:
@@ -42,12 +42,12 @@ class Page:
     def _next(self):
         data = bytearray()
         while (byte := self.answers.read(1)) != b"\0":
-            assert byte, "Chromium has gone"
+            assert byte, "Chromium has ended"
             data += byte
         return json.loads(data)
 
     def open(self, url, width=1200, height=900, **media):
-        """Open an address in a window of a size; `media` are features such as colour schemes."""
+        """Open an address in a window of a size; `media` sets features such as a colour scheme."""
         self.call(
             "Emulation.setDeviceMetricsOverride",
             **{"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600},
@@ -62,7 +62,7 @@ class Page:
             self.events.append(self._next())
 
     def evaluate(self, expression):
-        """Value of a JavaScript expression, awaited if it is a promise."""
+        """Return the value of a JavaScript expression, awaited if it is a promise."""
         result = self.call(
             "Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True
         )
@@ -70,7 +70,7 @@ class Page:
         return result["result"].get("value")
 
     def press(self, key, code):
-        """Press a key, by its name and its Windows key code."""
+        """Press a key, given by its name and its Windows key code."""
         text = {"text": key} if len(key) == 1 else {}
         for kind in ("keyDown", "keyUp"):
             self.call(
@@ -80,15 +80,15 @@ class Page:
             )
 
     def params(self, method):
-        """Parameters of the events of a kind since the page was opened."""
+        """Return the parameters of all events of one kind since the page was opened."""
         return [event["params"] for event in self.events if event.get("method") == method]
 
 
 @contextmanager
 def chromium(profile):
-    """Start the browser with a new profile in a folder, and end it."""
+    """Start the browser with a new profile in a folder; end it on exit."""
     commands, answers = os.pipe(), os.pipe()
-    # It reads commands from file 3 and writes answers to file 4.
+    # The browser reads commands from file 3 and writes answers to file 4.
     shell = f'exec "$@" 3<&{commands[0]} 4>&{answers[1]}'
     process = subprocess.Popen(
         [

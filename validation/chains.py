@@ -1,9 +1,10 @@
-"""Compare a chain of links in space, which shares no code with the rod, with the planar states.
+"""Compare planar states of the rod with chains of links in space, which share no code with it.
 
-Each chain has its contact point at some distance ahead of the clamp, or as far behind it. It is
-pushed at random and relaxes to a state of least energy. Ahead of the clamp that is to be the planar
-state of the rod, behind it the mirror image of that state, both with the energy of the continuous
-planar rod: by Richardson's extrapolation over the number of links, to 1e-5. Fails otherwise.
+The contact point of each chain lies at some distance ahead of the clamp, or as far behind it. The
+chain is pushed at random and relaxes to a state of least energy. Ahead of the clamp, this must be
+the planar state of the rod; behind the clamp, the mirror image of the planar state. The check fails
+if an energy, extrapolated over the number of links, differs by more than 1e-5 (relative) from that
+of the continuous planar rod.
 """
 
 import argparse
@@ -18,25 +19,25 @@ from vibrissa import solve_curve, solve_state
 
 COUNTS = (20, 40, 80)
 TOLERANCE = 1e-5
-# Size of a push, of the largest turn at a joint.
+# Size of a push, relative to the largest turn at a joint.
 PUSH = 0.02
-# Taper, height and contact, and distances from the clamp in units of x1_init.
+# Taper, height and contact of each rod; distances of the contact point from the clamp (x1_init).
 RODS = ((1.0, 0.85, "point"), (4.0, 0.6, "point"), (4.0, 0.6, "line"), (5.0, 0.33, "line"))
 DISTANCES = (0.01, 0.03, 0.1)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Found:
-    """Energies (E·I0/L) at a distance of the contact point from the clamp.
+    """Energies (E·I0/L) of a rod and of chains at one distance of the contact point from the clamp.
 
     Attributes
     ----------
     rod : float
-        Of the continuous rod in its plane, ahead of the clamp.
+        Continuous planar rod, contact point ahead of the clamp.
     ahead, behind : float
-        Of pushed chains, extrapolated, with the contact point ahead of the clamp and behind it.
+        Pushed chains, extrapolated; contact point ahead of the clamp, and behind it.
     straight_on : float
-        Of a chain with the contact point behind the clamp that is kept in its plane.
+        Chain that is kept in its plane, contact point behind the clamp.
     spread : float
         Largest relative difference between pushes.
     aside : float
@@ -57,13 +58,13 @@ class Found:
 
 
 def contact_over_clamp(theta: float, eta: float, contact: str) -> float:
-    """Place of the tip, seen from the clamp, where the contact point is over the clamp (L)."""
+    """Return x1 − x0 where the contact point is straight above the clamp (L)."""
     curve = solve_curve(theta, eta, contact=contact)
     return curve.x1_init - curve.x0_end
 
 
 def extrapolated(values: list[float]) -> float:
-    """Limit for ever more links, each value for twice as many, of a series in 1/count²."""
+    """Extrapolate values in powers of 1/count² to infinitely many links; the count doubles."""
     for power in range(1, len(values)):
         pairs = zip(values[1:], values[:-1], strict=True)
         values = [(4**power * fine - coarse) / (4**power - 1) for fine, coarse in pairs]
@@ -77,7 +78,7 @@ def compare(
     random: np.random.Generator,
     counts: tuple[int, ...] = COUNTS,
 ) -> Found:
-    """Push chains at a distance ahead of the clamp and behind it (in units of x1_init)."""
+    """Compare pushed chains with a rod, `distance` (x1_init) ahead of the clamp and behind it."""
     theta, eta, contact = rod
     x1_init = solve_curve(theta, eta, contact=contact).x1_init
     state = solve_state(theta, eta, contact_over_clamp(*rod) + distance * x1_init, contact)
@@ -111,7 +112,7 @@ def compare(
 
 
 def energy_of(state) -> float:
-    """Bending energy of a planar state by the moment of its contact force (E·I0/L)."""
+    """Bending energy of a planar state from the moment of its contact force (E·I0/L)."""
     s = np.linspace(0, state.s_c, 4001)
     x, y, _ = state.shape(s)
     moment = (state.eta - y) * state.reaction_fx - (
@@ -123,7 +124,7 @@ def energy_of(state) -> float:
 def main() -> None:
     """Read the options, and compare all rods at all distances."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--pushes", type=int, default=5, help="for each chain, on each side")
+    parser.add_argument("--pushes", type=int, default=5, help="pushes of each chain on each side")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     random, worst = np.random.default_rng(options.seed), 0.0

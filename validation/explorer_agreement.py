@@ -1,10 +1,11 @@
 """Random points, solved by the explorer and by Python.
 
-Both solve the same equations and share no code. For each point are compared: the displacement at
-which the tip slips, force, slope and contact point there, the critical friction coefficient, and
-where a locked rod buckles laterally (`x0_end`). Most points are of the ideal mounting, and some of
-mountings with all deviations at once. Fails if a number differs by more than 1e-8, or if one solver
-finds a state that the other does not.
+Both solve the same equations and share no code. At each point, these numbers are compared: the
+displacement at which the tip slips; force, slope, contact point and clamp moment at this onset; the
+critical friction coefficient; and the displacement at which a locked rod buckles laterally
+(`x0_end`). Most points have the ideal mounting, some have all deviations of the mounting at once.
+The check fails if a number differs by more than 1e-8, or if one solver finds a state that the other
+does not find.
 """
 
 import argparse
@@ -26,7 +27,7 @@ from vibrissa.wording import markdown_table
 TOLERATED = 1e-8
 CHUNK = 50
 THETA, ETA, MU0 = (1.0, 8.0), (0.4, 0.97), (0.02, 1.0)
-# β, c, κ0 at the clamp and at the tip, δ.
+# Ranges of β, c, κ0 at the clamp and at the tip, and δ.
 DEVIATIONS = ((-0.2, 0.2), (0.0, 0.3), (-0.4, 0.3), (-0.4, 0.4), (-0.1, 0.1))
 QUANTITIES = ("x0_slip", "f", "alpha", "phi1", "s_c", "reaction_m", "mu_lock", "x0_end")
 PROGRAM = """
@@ -47,7 +48,7 @@ function answer({ theta, eta, contact, mu0, mounting }) {
 
 
 class Point(NamedTuple):
-    """One rod on one surface."""
+    """A rod, its contact with the surface, and the friction coefficient."""
 
     theta: float
     eta: float
@@ -56,7 +57,7 @@ class Point(NamedTuple):
     mounting: Mounting = IDEAL
 
     def asked(self) -> dict[str, Any]:
-        """Give the point as the page's solver takes it."""
+        """Return the point as input of the page's solver."""
         mounting = {
             "angle": self.mounting.clamp_angle,
             "compliance": self.mounting.clamp_compliance,
@@ -67,7 +68,7 @@ class Point(NamedTuple):
 
 
 def points(count: int, seed: int, contact: Contact, *, mounted: bool = False) -> list[Point]:
-    """Draw points in a kind of contact."""
+    """Draw random points in one kind of contact; if `mounted`, with random mountings."""
     random = np.random.default_rng(seed)
     values = np.column_stack([random.uniform(*span, count) for span in (THETA, ETA, MU0)])
     deviations = np.column_stack([random.uniform(*span, count) for span in DEVIATIONS])
@@ -95,7 +96,7 @@ def in_python(wanted: list[Point]) -> list[dict[str, float]]:
 
 
 def numbers(curve: StickingCurve, mu0: float) -> dict[str, float]:
-    """Give what is found on a curve; what is not found is left out."""
+    """Return the quantities of a point on its path; those that do not exist are left out."""
     if not curve.pieces:
         return {}
     x0 = curve.onset(mu0)
@@ -123,7 +124,7 @@ def open_solver(page: Scripts) -> None:
 
 
 def differences(python: dict[str, float], browser: dict[str, Any]) -> dict[str, float]:
-    """Difference of each number; infinite where only one of the two found it."""
+    """Return the difference of each number; infinite if only one solver found it."""
     return {
         name: abs(python.get(name, np.inf) - browser.get(name, np.inf))
         for name in QUANTITIES
@@ -138,11 +139,11 @@ def compared(wanted: list[Point], page: Scripts) -> list[dict[str, float]]:
 
 
 def table(found: dict[str, list[dict[str, float]]]) -> str:
-    """Write the largest differences, in Markdown; a column for each kind of points."""
+    """Format the largest differences in Markdown, a column for each kind of point."""
     rows = [["points", *(str(len(points)) for points in found.values())]]
-    for name, what in (("mu_lock", "a period begins"), ("x0_slip", "the tip slips")):
+    for name, what in (("mu_lock", "a path"), ("x0_slip", "an onset of slip")):
         numbers = (sum(name in point for point in points) for points in found.values())
-        rows.append([f"of which {what}", *map(str, numbers)])
+        rows.append([f"points with {what}", *map(str, numbers)])
     for name in QUANTITIES:
         largest = (max(one.get(name, 0.0) for one in points) for points in found.values())
         rows.append([f"`{name}`", *(f"{value:.1e}" for value in largest)])

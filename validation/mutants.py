@@ -1,8 +1,9 @@
-"""Do the tests notice small faults? Cosmic Ray puts one at a time into a clone of the last commit.
+"""Check that the tests notice small faults, put one at a time into a clone of the last commit.
 
-A mutant is one of those that validation/cosmic-ray.toml allows on a random line. It is tried with
-the tests that run this line, the quick ones first, and then with all others; those that no test
-noticed are shown. Exit status 1 if the tests fail without a fault, or notice fewer than 92 of 100.
+Cosmic Ray makes the faulty programs (mutants): validation/cosmic-ray.toml defines which faults, and
+lines are drawn at random. For each mutant, the tests that run the faulty line are run first, quick
+tests before slow ones, then all other tests. Mutants that no test notices are shown. Exit status 1
+if the tests fail without a fault, or if they notice fewer than 92 of 100 mutants.
 """
 
 import argparse
@@ -30,7 +31,7 @@ from vibrissa.wording import markdown_table
 ROOT = Path(__file__).parents[1]
 CONFIG, SESSION = "validation/cosmic-ray.toml", "session.sqlite"
 PACKAGE = "src/vibrissa"
-# The tests that run each line of each file.
+# File with the tests that run each line of each file.
 COVERING = "covering.json"
 PYTEST = [sys.executable, *"-m pytest -x -q -p no:benchmark -p no:cacheprovider".split()]
 ENOUGH = 0.92
@@ -38,7 +39,7 @@ Tried = tuple[WorkItem, WorkResult]
 
 
 def call(folder: Path, *command: str | Path) -> None:
-    """Run a command in a clone, whose code and tests it imports; shows its mistakes alone."""
+    """Run a command with a clone's code and tests; if it fails, exit with its output."""
     paths = [str(Path(sys.executable).parent), os.environ["PATH"]]
     environment = os.environ | {
         "PATH": os.pathsep.join(paths),
@@ -50,7 +51,7 @@ def call(folder: Path, *command: str | Path) -> None:
 
 
 def changed(folder: Path, *since: str) -> Iterator[tuple[str, int]]:
-    """Yield file and number of each line that differs from a commit, the last by default."""
+    """Yield file and number of each line that differs from a commit, by default the last one."""
     command = ["git", "diff", "-U0", *since, "--", PACKAGE]
     path = ""
     for row in subprocess.check_output(command, cwd=folder, text=True).splitlines():
@@ -62,7 +63,7 @@ def changed(folder: Path, *since: str) -> Iterator[tuple[str, int]]:
 
 
 def drawn(clone: Path, sample: int, seed: int, since: str | None) -> list[WorkItem]:
-    """Draw a mutant of each of some lines; with a commit, of lines that differ from it."""
+    """Draw lines, and one mutant of each; with `since`, only lines changed since this commit."""
     call(clone, "cosmic-ray", "init", CONFIG, SESSION)
     call(clone, "cr-filter-operators", SESSION, CONFIG)
     lines = defaultdict(list)
@@ -77,13 +78,13 @@ def drawn(clone: Path, sample: int, seed: int, since: str | None) -> list[WorkIt
 
 
 def place(item: WorkItem) -> tuple[str, tuple[int, int], str, int]:
-    """Return what mutants are sorted by."""
+    """Return the sort key of a mutant: file, position, operator and its occurrence."""
     (one,) = item.mutations
     return str(one.module_path), one.start_pos, one.operator_name, one.occurrence
 
 
 def covering(clone: Path) -> dict[str, dict[int, list[str]]]:
-    """Run all tests with a comment more in each file, a change, too; list who runs each line."""
+    """Run all tests, after adding a comment to each file; list the tests that run each line."""
     files = sorted((clone / PACKAGE).rglob("*.py"))
     for path in files:
         with path.open("a", encoding="utf-8") as file:
@@ -93,7 +94,7 @@ def covering(clone: Path) -> dict[str, dict[int, list[str]]]:
     call(clone, "git", "checkout", "-q", PACKAGE)
     data = CoverageData(str(clone / ".coverage"))
     data.read()
-    # A context is the name of a test with a part of it: test_one|run.
+    # A context is the name of a test and its phase: test_one|run.
     return {
         str(path.relative_to(clone)): {
             line: sorted({one.rpartition("|")[0] for one in contexts} - {""})
@@ -131,12 +132,12 @@ def notice() -> int:
 
 
 def package(module: Path) -> str:
-    """Name the package of a module, or the module itself."""
+    """Return the package of a module, or the module itself if it has none."""
     return module.relative_to(PACKAGE).parts[0]
 
 
 def summary(found: Sequence[Tried]) -> Iterator[str]:
-    """Count what was noticed of each package, and show what was not."""
+    """Count the noticed mutants of each package, and show the others as diffs."""
     packages = [package(Path(place(item)[0])) for item, _ in found]
     missed = Counter(p for p, one in zip(packages, found, strict=True) if survived(one))
     rows = [
@@ -156,11 +157,11 @@ def survived(one: Tried) -> bool:
 
 
 def main() -> int:
-    """Draw mutants, try them, and say what became of them."""
+    """Draw mutants, try them, and report the result."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--sample", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--since", metavar="REV", help="in lines alone that differ from a commit")
+    parser.add_argument("--since", metavar="REV", help="only in lines changed since a commit")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--record", action="store_true", help="write the record")
     options = parser.parse_args()

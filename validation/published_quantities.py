@@ -1,6 +1,6 @@
-"""What corresponds to the quantities that others published, by the names in validation/sources.
+"""Our values of published quantities; the files in validation/sources name these functions.
 
-The docstring of each function stands in the record: what was published, and what of ours it is.
+The record shows the docstring of each function: the published quantity, and how we compute it.
 """
 
 from collections.abc import Callable
@@ -20,26 +20,27 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.solving.beginning import begin
 
-# A heavily loaded rod is approached from the same rod under a load smaller by this (E·I0/L²).
+# Step in which the load on a rod is raised (E·I0/L²).
 LOAD_STEP = Decimal("0.5")
-# Heights between which a cylinder under α = 0 is sought; the published tips turn by 20° to 120°.
+# Collocation nodes.
 NODES = 64
+# Heights between which a cylinder under α = 0 is sought; the published tips turn by 20° to 120°.
 HEIGHTS = (0.1, 0.9999)
 # Loads (E·I0/L²) and shortenings (L) from which a limit at zero is extrapolated.
 SMALL_LOAD, SMALL_SHORTENING = Decimal("0.04"), 0.001
 
 
 def conical_column(ratio: Decimal) -> float:
-    """Critical load P·L²/(E·I_base) over I_tip/I_base.
+    """Critical load P·L²/(E·I_base) as a function of I_tip/I_base.
 
-    The force of our α = 0 states tends to it as η → 1 (`buckling_load`). I goes with the fourth
-    power of the diameter, so that θ = (I_tip/I_base)^(−1/4).
+    Our force at α = 0 tends to this load as η → 1 (`buckling_load`). I is proportional to the
+    fourth power of the diameter, so that θ = (I_tip/I_base)^(−1/4).
     """
     return float(buckling_load(np.array([float(ratio) ** -0.25]))[0])
 
 
 def hinged_bar(half_length: Decimal) -> float:
-    """Critical load of a bar hinged at both ends (lb), over half its length (in).
+    """Critical load of a bar hinged at both ends (lb) as a function of half its length (in).
 
     E = 3·10⁷ psi, 0.5 in × 0.5 in. By symmetry each half is a column clamped at one end and free at
     the other: our critical load at θ = 1, for L = half the length.
@@ -49,7 +50,7 @@ def hinged_bar(half_length: Decimal) -> float:
 
 
 def post_buckled_load(tip_angle: Decimal) -> float:
-    """Load over critical load F/F_cr, over the angle by which the tip has turned (degrees).
+    """Ratio of load to critical load, F/F_cr, as a function of the tip's rotation (degrees).
 
     Our α = 0 states at θ = 1: the force is vertical and free to move with the tip. The clamp holds
     φ = 90°, so that the tip has turned by 90° − φ1. F_cr = π²/4.
@@ -58,7 +59,7 @@ def post_buckled_load(tip_angle: Decimal) -> float:
 
 
 def post_buckled_deflection(tip_angle: Decimal) -> float:
-    """Sideways displacement of the tip, over its angle (degrees), for L = 100 in.
+    """Sideways displacement of the tip as a function of its rotation (degrees), for L = 100 in.
 
     Our x1, in the same state.
     """
@@ -66,7 +67,7 @@ def post_buckled_deflection(tip_angle: Decimal) -> float:
 
 
 def post_buckled_shortening(tip_angle: Decimal) -> float:
-    """Displacement of the tip along the bar, over its angle (degrees), for L = 100 in.
+    """Displacement of the tip along the bar as a function of its rotation (degrees), L = 100 in.
 
     Our 1 − η, in the same state.
     """
@@ -74,7 +75,7 @@ def post_buckled_shortening(tip_angle: Decimal) -> float:
 
 
 def post_buckled_deflection_under(load_ratio: Decimal) -> float:
-    """Sideways displacement of the tip over F/F_cr, for L = 0.5 m.
+    """Sideways displacement of the tip as a function of F/F_cr, for L = 0.5 m.
 
     Our x1 in the α = 0 state at θ = 1 whose force is F.
     """
@@ -82,7 +83,7 @@ def post_buckled_deflection_under(load_ratio: Decimal) -> float:
 
 
 def post_buckled_shortening_under(load_ratio: Decimal) -> float:
-    """Displacement of the tip along the bar over F/F_cr, for L = 0.5 m.
+    """Displacement of the tip along the bar as a function of F/F_cr, for L = 0.5 m.
 
     Our 1 − η, in the same state.
     """
@@ -90,7 +91,7 @@ def post_buckled_shortening_under(load_ratio: Decimal) -> float:
 
 
 def cantilever_deflection(load: Decimal) -> float:
-    """Displacement of the tip along the force, w/L, over P·L²/(E·I).
+    """Displacement of the tip along the force, w/L, as a function of P·L²/(E·I).
 
     A dead force at right angles to the unloaded rod is our force at α = 90°, which points to +x.
     The state is the one with fx = P and fy = 0; w is its x1.
@@ -99,7 +100,7 @@ def cantilever_deflection(load: Decimal) -> float:
 
 
 def cantilever_shortening(load: Decimal) -> float:
-    """Displacement of the tip along the unloaded rod, u/L, over P·L²/(E·I).
+    """Displacement of the tip along the unloaded rod, u/L, as a function of P·L²/(E·I).
 
     Our 1 − η, in the same state.
     """
@@ -107,7 +108,7 @@ def cantilever_shortening(load: Decimal) -> float:
 
 
 def cantilever_rotation(load: Decimal) -> float:
-    """Angle by which the tip has turned (rad), over P·L²/(E·I).
+    """Rotation of the tip (rad) as a function of P·L²/(E·I).
 
     Our π/2 − φ1, in the same state.
     """
@@ -121,14 +122,14 @@ def pulled_frame_height(load: Decimal) -> float:
     hinges and are pulled apart by 2P; the two others are rigid. By symmetry a rigid corner moves
     without turning, so that each rod is our clamped rod, with the force P at its tip, at 45° to the
     unloaded rod and away from the clamp: α = 135°. Across and along the unloaded rod the tip moves
-    by x1 = (v + h)/√2 and η − 1 = (v − h)/√2, where h is the way of the rigid corner inwards.
+    by x1 = (v + h)/√2 and η − 1 = (v − h)/√2; h is the inward displacement of the rigid corner.
     """
     tip = dead_load(1.0, load, 135.0)
     return (tip.x1 - (1.0 - tip.eta)) / np.sqrt(2.0)
 
 
 def pulled_frame_width(load: Decimal) -> float:
-    """Displacement h/L of each rigid corner inwards, over P·L²/(E·I).
+    """Inward displacement h/L of each rigid corner as a function of P·L²/(E·I).
 
     From the same two equations.
     """
@@ -148,14 +149,14 @@ def pressed_frame_height(load: Decimal) -> float:
     """Displacement v/L of each loaded corner along its force, over P·L²/(E·I).
 
     The same frame, pressed together: the force at the tip is at 45° to the unloaded rod and towards
-    the clamp, α = 45°. Now x1 = (v + h)/√2 and 1 − η = (v − h)/√2, with h outwards.
+    the clamp, α = 45°. Now x1 = (v + h)/√2 and 1 − η = (v − h)/√2; h is the outward displacement.
     """
     tip = dead_load(1.0, load, 45.0)
     return (tip.x1 + (1.0 - tip.eta)) / np.sqrt(2.0)
 
 
 def pressed_frame_width(load: Decimal) -> float:
-    """Displacement h/L of each rigid corner outwards, over P·L²/(E·I).
+    """Outward displacement h/L of each rigid corner as a function of P·L²/(E·I).
 
     From the same two equations.
     """
@@ -172,7 +173,7 @@ def pressed_frame_slope(load: Decimal) -> float:
 
 
 def console_deflection(force: Decimal) -> float:
-    """Displacement of the tip along the force (m), over the force (tf).
+    """Displacement of the tip along the force (m) as a function of the force (tf).
 
     L = 10 m, E·I = 100 tf·m²: the unit of force is 1 tf. Our x1 at α = 90°.
     """
@@ -180,7 +181,7 @@ def console_deflection(force: Decimal) -> float:
 
 
 def console_shortening(force: Decimal) -> float:
-    """Displacement of the tip along the unloaded rod (m), over the force (tf).
+    """Displacement of the tip along the unloaded rod (m) as a function of the force (tf).
 
     Our 1 − η, in the same state.
     """
@@ -188,7 +189,7 @@ def console_shortening(force: Decimal) -> float:
 
 
 def console_moment(force: Decimal) -> float:
-    """Moment at the clamp (tf·m), over the force (tf).
+    """Moment at the clamp (tf·m) as a function of the force (tf).
 
     The unit of moment is 10 tf·m. The size of our m(0), in the same state.
     """
@@ -196,34 +197,34 @@ def console_moment(force: Decimal) -> float:
 
 
 def console_stability(length: Decimal) -> float:
-    """Critical load over 1 tf, over the length (m).
+    """Critical load (tf) as a function of the length (m).
 
-    E·I = 100 tf·m²; clamped and free. Our critical load at θ = 1.
+    E·I = 100 tf·m²; one end clamped, the other free. Our critical load at θ = 1.
     """
     return conical_column(Decimal(1)) * 100.0 / float(length) ** 2
 
 
 def small_deflection(force: Decimal) -> float:
-    """Displacement of the tip (m), over the force (N).
+    """Displacement of the tip (m) as a function of the force (N).
 
-    E = 2·10¹¹ Pa, L = 1 m, radius from 0.1 m to 0.05 m: θ = 2. Linear theory is our limit of small
-    forces at α = 90°; x1/f is extrapolated to f = 0.
+    E = 2·10¹¹ Pa, L = 1 m, radius from 0.1 m to 0.05 m: θ = 2. Linear theory is the limit of small
+    forces at α = 90°: our x1/f is extrapolated to f = 0.
     """
     return _per_small_load(lambda state: state.x1) * float(force) / _tapered().force_unit
 
 
 def small_rotation(force: Decimal) -> float:
-    """Angle by which the tip has turned (rad), over the force (N).
+    """Rotation of the tip (rad) as a function of the force (N).
 
-    (π/2 − φ1)/f, extrapolated likewise.
+    Our (π/2 − φ1)/f, extrapolated to f = 0.
     """
     return _per_small_load(_turn) * float(force) / _tapered().force_unit
 
 
 def small_stress(force: Decimal) -> float:
-    """Largest stress at the clamp (Pa), over the force (N).
+    """Largest stress at the clamp (Pa) as a function of the force (N).
 
-    E times the strain at the surface there, |φ'(0)|·d0/2; |φ'(0)|/f is extrapolated likewise.
+    E times the strain at the rod's surface, |φ'(0)|·d0/2; our |φ'(0)|/f is extrapolated to f = 0.
     """
     rod = _tapered()
     curvature = _per_small_load(lambda state: abs(state.reaction_m)) / rod.length
@@ -232,10 +233,10 @@ def small_stress(force: Decimal) -> float:
 
 
 def clamped_hinged_column(length: Decimal) -> float:
-    """Critical load P_cr (E·I), over the length.
+    """Critical load P_cr (E·I) as a function of the length.
 
-    A tip that sticks straight above its clamp is a hinge that can sink: x1 = 0. Our −fy there,
-    extrapolated to η = 1.
+    A tip that sticks straight above its clamp, x1 = 0, is a hinge that can move along the rod. Our
+    −fy in this state, extrapolated to η = 1.
     """
     # −fy is linear in 1 − η close to it.
     once, twice = (
@@ -245,12 +246,12 @@ def clamped_hinged_column(length: Decimal) -> float:
     return (2.0 * once - twice) / float(length) ** 2
 
 
-# --- The states behind them. ---
+# --- Equilibrium states. ---
 
 
 @cache
 def dead_load(theta: float, load: Decimal, direction: float) -> EquilibriumState:
-    """Solve for the rod under a given force at its tip, which keeps its direction.
+    """Solve for a rod under a given force at its tip, of fixed direction.
 
     Parameters
     ----------
@@ -259,7 +260,7 @@ def dead_load(theta: float, load: Decimal, direction: float) -> EquilibriumState
     load : Decimal
         Force (E·I0/L²).
     direction : float
-        Its inclination α in degrees, between 0 and 180.
+        Inclination α of the force in degrees, between 0 and 180.
 
     Returns
     -------
@@ -273,7 +274,7 @@ def dead_load(theta: float, load: Decimal, direction: float) -> EquilibriumState
     alpha = np.radians(direction)
     force = float(load) * np.array([np.sin(alpha), -np.cos(alpha)])
 
-    # The tip is given by x1 and (1 − η)/x1², which hardly changes while the rod bends little.
+    # Unknowns: x1, and (1 − η)/x1², which hardly changes while the rod bends little.
     def state(tip: np.ndarray) -> EquilibriumState:
         return solve_state(theta, 1.0 - tip[1] * tip[0] ** 2, tip[0])
 
@@ -294,7 +295,7 @@ def dead_load(theta: float, load: Decimal, direction: float) -> EquilibriumState
 
 
 class Upright(NamedTuple):
-    """A cylinder under a vertical force: where its tip is (L), and its forces and angles."""
+    """A cylinder under a vertical force: position of its tip (L), and its state."""
 
     x1: float
     eta: float
@@ -319,7 +320,7 @@ def _loaded_by(load_ratio: Decimal) -> Upright:
 
 
 def _first(eta: float) -> RodStates:
-    """Solve the α = 0 state alone: the height is searched for without following its whole curve."""
+    """Solve only the α = 0 state at a height, which is faster than following the whole path."""
     height, zero = np.array([eta]), np.zeros(1)
     begun = begin(rod_columns(np.ones(1), [IDEAL]), height, zero, NODES, Contact.POINT)
     return solve(begun.states, ClosingCondition.prescribing(height, {FX: 1.0})).states
@@ -334,9 +335,9 @@ def _tapered() -> Rod:
 
 
 def _per_small_load(measure: Callable[[EquilibriumState], float]) -> float:
-    """Extrapolate a measure per force, which is even in the force, to none.
+    """Extrapolate measure/force, which is an even function of the force, to zero force.
 
-    Three forces remove the second and the fourth power; smaller forces would show rounding.
+    Three forces eliminate the second and the fourth power; smaller forces add rounding errors.
     """
     quarter, half, whole = (
         measure(dead_load(2.0, SMALL_LOAD / part, 90.0)) * part / float(SMALL_LOAD)

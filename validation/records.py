@@ -1,4 +1,4 @@
-"""Records: what a long check found, written whole by its own command into validation/records."""
+"""Records in validation/records: the results of long checks, each written by its check."""
 
 from pathlib import Path
 
@@ -13,11 +13,11 @@ def write_record(name: str, about: str, found: str) -> None:
     Parameters
     ----------
     name : str
-        Name of the command, and of the file.
+        Name of the check, and of the file.
     about : str
-        What is checked, in the words of the module's docstring; its first line is the title.
+        Docstring of the check's module; its first line becomes the title.
     found : str
-        What came out.
+        Results.
     """
     title, _, rest = about.strip().partition("\n")
     parts = (f"# {title.rstrip('.')}", rest, f"Written by `python -m validation {name}`.", found)

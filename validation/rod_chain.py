@@ -1,9 +1,9 @@
 """A rod in space that shares no code with the package: rigid links, joined by springs.
 
 Each joint turns by a rotation vector, with stiffnesses for its two bends and for its twist. The
-first link is clamped, or joined to an inclined clamp by a spring that bends and does not twist. The
-end is held at a point of space as by a ball joint. The energy is minimised under this condition,
-for bends and twists of any size.
+first link is fixed in the clamp, or joined to it by a spring that bends but does not twist. The
+contact point is held at a point of space, as by a ball joint. The energy is minimised under this
+constraint, for bends and twists of any size.
 """
 
 import numpy as np
@@ -11,25 +11,25 @@ from scipy.linalg import eigh, null_space
 from scipy.optimize import minimize
 
 POISSON_RATIO = 0.3
-# Of a spring at the clamp: so many times as stiff against twist.
+# Spring at the clamp: ratio of its torsional to its bending stiffness.
 RIGID = 1e4
-# Axes of a link about which it leaves the plane: its bend out of it, and its twist.
+# Components of a rotation vector that leave the plane: the bend out of it, and the twist.
 ASIDE = [0, 2]
-# How far the contact may be missed (L), and rounds of forces until then.
+# Tolerance for the position of the contact point (L), and largest number of rounds.
 MISSED, MOST_ROUNDS = 1e-8, 100
-# A round should bring the contact nearer by this factor.
+# A round should reduce the error of this position to this share; if not, the penalty is raised.
 NEARER = 0.5
 
 
 def skew(v):
-    """Matrices of the cross products with vectors."""
+    """Return the matrices of the cross products with vectors, shape (n, 3, 3)."""
     zero = np.zeros(len(v))
     rows = [[zero, -v[:, 2], v[:, 1]], [v[:, 2], zero, -v[:, 0]], [-v[:, 1], v[:, 0], zero]]
     return np.moveaxis(np.array(rows), -1, 0)
 
 
 def rotations(v):
-    """Rotation matrices of rotation vectors, and the body rotation per change of the vector."""
+    """Return the matrices of rotation vectors, and the body rotation per change of a vector."""
     angle = np.sqrt((v**2).sum(axis=1) + 1e-30)[:, None, None]
     cross = skew(v)
     square = cross @ cross
@@ -41,19 +41,19 @@ def rotations(v):
 
 
 class Chain:
-    """Links of a cone that begins at the clamp and ends at arc length `s_c`.
+    """Chain of `count` links for a tapered rod, from the clamp to the contact point at `s_c`.
 
-    With `tail` the links go on to s = 1. The first of them, whose middle is the contact point, lies
-    in the plane of the surface, in any direction; the others are free. The clamp leans by
-    `clamp_angle` (rad) and yields by `compliance`; `curvature` has the coefficients of 1, s, s², …
-    in the natural curvature.
+    With `tail`, further links follow up to s = 1. The first of these, whose middle is the contact
+    point, lies in the plane of the surface, in any direction; the others are free. The clamp leans
+    by `clamp_angle` (rad) and turns by `compliance` per moment; `curvature` has the coefficients of
+    1, s, s², … in the natural curvature.
     """
 
     def __init__(
         self, theta, count, s_c=1.0, *, tail=False, clamp_angle=0.0, compliance=0.0, curvature=(0,)
     ):
         self.h = s_c / count
-        # The joints lie at s; half a link, whole ones, the rest of a link.
+        # The joints lie at s: the first link has half a length, the last one the remaining length.
         joints = count + round((1 - s_c) / self.h) * tail
         s = self.h * (np.arange(joints) + 0.5)
         bend = (1 - (1 - 1 / theta) * s) ** 4 / self.h
@@ -72,14 +72,14 @@ class Chain:
             self.stiffness = np.concatenate([spring, self.stiffness])
             self.unloaded = np.concatenate([np.zeros((1, 3)), self.unloaded])
             self.lengths, self.contact = np.append(0.0, self.lengths), count + 1
-        # Upright, its first axis along the surface: columns are the axes of a link in space.
+        # Columns are the axes of a link in space; the first axis of an upright link is along x.
         self.slope = np.pi / 2 + clamp_angle
         cos, sin = np.cos(clamp_angle), np.sin(clamp_angle)
         lean = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
         self.clamp = lean @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
     def links(self, v):
-        """Contact point and tangents of the links, and what joints move per change of each."""
+        """Return contact point, tangents and ends of links, and rotation per change of `v`."""
         turns, per_change = rotations(v)
         frames = [self.clamp]
         for turn in turns:
@@ -87,12 +87,12 @@ class Chain:
         frames = np.array(frames)
         tangents = frames[:, :, 2]
         ends = np.cumsum(self.lengths[:, None] * tangents, axis=0)
-        # The middle of a link, half a link behind its joint, or the end of the last.
+        # The contact point is the middle of a link, or the end of the last link.
         contact = ends[self.contact - 1] + self.h / 2 * tangents[self.contact]
         return contact, tangents, ends, frames[1:] @ per_change
 
     def misses(self, v, target):
-        """By how much the conditions of the contact are missed, and how that changes with `v`."""
+        """Return the residuals of the contact conditions, and their derivatives by `v`."""
         contact, tangents, ends, turned = self.links(v)
         arms = contact - ends[:-1]
         arms[self.contact :] = 0
@@ -109,10 +109,10 @@ class Chain:
         return 0.5 * (self.stiffness * (v - self.unloaded) ** 2).sum()
 
     def minimum(self, target, start):
-        """State of least energy near `start` with the contact at `target`, and the force there.
+        """Return the state of least energy near `start` with contact at `target`, and the force.
 
-        Augmented Lagrangian: each round ends with the forces that the penalty has found. Raises
-        RuntimeError if they are not found.
+        Augmented Lagrangian: each round adds the force of the penalty to the contact force. Raises
+        RuntimeError if the rounds do not converge.
         """
         scale, penalty, before = np.sqrt(self.stiffness), 1e3, np.inf
         forces = np.zeros(len(self.misses(start, target)[0]))
@@ -134,16 +134,17 @@ class Chain:
             forces = forces + penalty * missed
             if np.abs(missed).max() < MISSED:
                 return u.reshape(-1, 3) / scale, -forces[:3]
-            # Where the forces alone do not bring the contact nearer, a larger penalty does.
+            # If a round reduces the error too little, the penalty is raised.
             if np.abs(missed).max() > NEARER * before:
                 penalty *= 4
             before = np.abs(missed).max()
         raise RuntimeError(f"the contact is missed by {np.abs(missed).max():.1e}")
 
     def margin_aside(self, v, force):
-        """Least second variation out of the plane per elastic energy, in a planar state.
+        """Return the smallest second variation out of the plane, per elastic energy.
 
-        Differences of the slope of the energy less the work of the force on the contact.
+        `v` is a planar state. Computed from differences of the gradient of the elastic energy minus
+        the work of the contact force.
         """
 
         def moved(v):
@@ -164,7 +165,7 @@ class Chain:
         return eigh(free.T @ (half + half.T) @ free, free.T @ elastic @ free)[0][0]
 
     def planar(self, phi):
-        """Rotation vectors of a planar shape with the tangent angles phi(s) at the joints' ends."""
+        """Return the rotation vectors of a planar shape with angle phi(s) at each link's middle."""
         angles = phi(np.cumsum(self.lengths) - self.lengths / 2)
         angles[0] = self.slope
         v = np.zeros((len(angles) - 1, 3))

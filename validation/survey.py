@@ -1,9 +1,9 @@
-"""Solve random points of the whole range in both contact models and count how they come out.
+"""Solve random points of the whole range in both kinds of contact, and count their outcomes.
 
 The taper is drawn log-uniformly from 1 to 20, the height uniformly from 0.3 to 0.999 and, for each
-such curve, several friction coefficients uniformly from 0 to 2. Prints the number of points by
-status and by how sticking ends past the lock, the largest residual, the least stability on the
-curves, and every curve that is not solved to its end.
+such rod, several friction coefficients uniformly from 0 to 2. Prints the number of points by status
+and, above the lock, by the end of sticking; the largest residual; the smallest stability on the
+paths; and every path that is not followed to its end.
 
 With --mounted each rod has a mounting of its own, all four deviations at once: clamp_angle within
 20 degrees, clamp_compliance up to 0.5, a linear curvature with coefficients within 0.5, and
@@ -25,12 +25,12 @@ CHUNK = 64
 # Bounds of clamp_angle, clamp_compliance, both coefficients of curvature, and stage_angle.
 LEAST = (-np.radians(20), 0.0, -0.5, -0.5, -np.radians(10))
 MOST = (np.radians(20), 0.5, 0.5, 0.5, np.radians(10))
-# Displacements at which stability is asked for on each curve.
+# Number of displacements at which stability is evaluated on each path.
 LOOKS = 40
 
 
 def outcomes(curve: StickingCurve, mu0: np.ndarray) -> list[str]:
-    """Say how each friction coefficient comes out on a curve."""
+    """Return the outcome for each friction coefficient on a path."""
     if curve.status is not Status.SOLVED:
         return [curve.status.value] * len(mu0)
     locks = mu0 > curve.mu_lock
@@ -39,7 +39,7 @@ def outcomes(curve: StickingCurve, mu0: np.ndarray) -> list[str]:
 
 
 def mounting(random: np.random.Generator) -> Mounting:
-    """Draw a mounting."""
+    """Draw a random mounting."""
     angle, compliance, constant, slope, stage = random.uniform(LEAST, MOST)
     return Mounting(
         clamp_angle=angle,
@@ -50,7 +50,7 @@ def mounting(random: np.random.Generator) -> Mounting:
 
 
 def survey(curves: int, points: int, seed: int, mounted: bool, section: RodSection) -> None:
-    """Solve the points and print what came out."""
+    """Solve the points and print their outcomes."""
     random = np.random.default_rng(seed)
     theta = np.exp(random.uniform(0.0, np.log(20.0), curves))
     eta = random.uniform(0.3, 0.999, curves)

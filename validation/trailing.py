@@ -1,10 +1,10 @@
-"""Check the last sticking states of random rods that have swung aside, by multiple shooting.
+"""Check the last sticking states of random laterally buckled rods by multiple shooting.
 
 Each point has a taper of 1 to 20 (log-uniform), a height of 0.3 to 0.98 and a friction coefficient
-between the critical one and 3. The pulled state in which its tip slips is solved again, in a
-formulation of its own: integrated by DOP853 from the contact point to the clamp, in so many parts
-that errors grow little. Prints how far the displacements differ; fails if a point is not solved, or
-if they differ by more than 1e-11.
+between the critical one and 3. The state in retraction in which the tip slips is solved again,
+independently: integrated by DOP853 from the contact point to the clamp, in so many parts that
+errors grow little. Prints the largest difference of the displacements; fails if a difference, or a
+gap between two parts, exceeds 1e-11.
 """
 
 import argparse
@@ -22,15 +22,15 @@ from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
 
 CHUNK = 64
-# Of the integration; and of displacements (L) and of gaps between parts.
+# Tolerance of the integration; tolerance of displacements (L) and of gaps between parts.
 TOLERANCE, TOLERATED = 1e-13, 1e-11
-# Errors grow by about exp(GROWTH) in a part, and the start is off by this much.
+# Errors grow by about exp(GROWTH) in a part; the start has relative errors up to OFF.
 GROWTH, OFF = 3.0, 1e-5
 MOST_FRICTION = 3.0
 
 
 class Pulled(NamedTuple):
-    """A pulled state at a friction coefficient: what multiple shooting has to meet.
+    """Multiple shooting for the state in retraction in which the tip slips.
 
     Attributes
     ----------
@@ -38,6 +38,7 @@ class Pulled(NamedTuple):
     contact : str
         Kind of contact.
     parts : int
+        Number of parts in which the rod is integrated.
     """
 
     theta: float
@@ -47,16 +48,16 @@ class Pulled(NamedTuple):
     parts: int
 
     def ends(self, s_c: float) -> np.ndarray:
-        """Arc lengths between the parts, from the contact point to the clamp."""
+        """Return the ends of the parts (arc lengths), from the contact point to the clamp."""
         # Parts of equal length in the phase of the bending waves of a cone.
         phase = s_c / (self.theta - (self.theta - 1) * s_c) * np.linspace(1, 0, self.parts + 1)
         return self.theta * phase / (1 + (self.theta - 1) * phase)
 
     def reached(self, unknowns: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Arc length of the contact point; x, y, φ and m where the parts begin and where they end.
+        """Return s_c, and x, y, φ and m at the start and at the end of each part.
 
-        `unknowns` are the angle (in line contact the arc length) at the contact point, the normal
-        force, and x, y, φ and m where all parts but the first begin.
+        `unknowns` are φ1 (in line contact s_c), the normal force, and x, y, φ and m at the start of
+        all parts but the first.
         """
         first, force = unknowns[:2]
         s_c, angle = (first, 0.0) if self.contact == "line" else (1.0, first)
@@ -66,7 +67,7 @@ class Pulled(NamedTuple):
         return s_c, starts, np.array([self.integrated(*part, force) for part in bounds])
 
     def gaps(self, unknowns: np.ndarray) -> np.ndarray:
-        """By how much the parts miss each other, and the last one height and angle of the clamp."""
+        """Return the gaps between parts, and of the last part to the clamp (height and angle)."""
         _, starts, stops = self.reached(unknowns)
         clamp = stops[-1, 1:3] - [-self.eta, np.pi / 2]
         return np.append((stops[:-1] - starts[1:]).ravel(), clamp)
@@ -77,7 +78,7 @@ class Pulled(NamedTuple):
         return float(1 - s_c - stops[-1, 0])
 
     def integrated(self, start: float, stop: float, state: np.ndarray, force: float) -> np.ndarray:
-        """State x, y, φ, m at another arc length; the contact point is the origin."""
+        """Integrate x, y, φ and m from `start` to `stop`; the contact point is the origin."""
 
         def derivative(s: float, state: np.ndarray) -> list[float]:
             _, _, phi, m = state
@@ -92,7 +93,7 @@ class Pulled(NamedTuple):
 def checked(
     curve: StickingCurve, mu0: float, random: np.random.Generator
 ) -> tuple[float, float] | None:
-    """Difference of x0_trail (L), and largest gap; None where the curve does not know it."""
+    """Return the difference of x0_trail (L) and the largest gap; None if x0_trail is unknown."""
     trail = float(curve.trailing_end(mu0).x0[0])
     if not np.isfinite(trail):
         return None
@@ -119,7 +120,7 @@ def checked(
 
 
 def check_all(points: int, seed: int) -> None:
-    """Check as many points in each kind of contact."""
+    """Check a number of random points in each kind of contact."""
     random = np.random.default_rng(seed)
     failed = []
     for model in Contact:

@@ -1,8 +1,8 @@
-"""Put a study with all that made it into one file, an RO-Crate; used by `make archive`.
+"""Archive a study, its results and its code as one file, an RO-Crate; used by `make archive`.
 
 Usage: python workflow/archive.py [--configfile FILE] [--output FILE]
 
-Without options: config.yaml, into results/<study>.crate.zip. The results must be current.
+By default, archive config.yaml to results/<study>.crate.zip. The results must be current.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from vibrissa.study.reading import read_study
 
 
 def main(argv: list[str]) -> int:
-    parser = argparse.ArgumentParser(description="Put a study into one file, an RO-Crate.")
+    parser = argparse.ArgumentParser(description="Archive a study as one file, an RO-Crate.")
     parser.add_argument("--configfile", type=Path, default=places.PAPER, help="study file")
-    parser.add_argument("--output", type=Path, help="instead of results/<study>.crate.zip")
+    parser.add_argument("--output", type=Path, help="default: results/<study>.crate.zip")
     options = parser.parse_args(argv)
     try:
         study = read_study(options.configfile)
@@ -40,7 +40,7 @@ def main(argv: list[str]) -> int:
     except (VibrissaError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    print(f"{output} holds {number} files; unpacked, make verify makes its results again")
+    print(f"{output} holds {number} files; to check its results, unpack it and run make verify")
     return 0
 
 

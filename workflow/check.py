@@ -1,14 +1,14 @@
-"""Compare the results of a study with reference tables, or make these anew; used by the Makefile.
+"""Compare the results of a study with reference tables, or update these; used by the Makefile.
 
 Usage: python workflow/check.py [--configfile FILE] [--results FOLDER] [--reference FOLDER]
                                 [--output FOLDER] [--bless]
 
-Without options: results/paper against tests/regression/paper. The reference may be the results of
-another study: --reference results/other. Exit status 1 if anything moved, 2 if there is nothing to
+By default, compare results/paper with tests/regression/paper. The reference may be the results of
+another study: --reference results/other. Exit status 1 if results differ, 2 if there is nothing to
 compare or the tables are older than the code or the study file.
 
-A summary is added to the file that GITHUB_STEP_SUMMARY names; with GITHUB_ACTIONS=true differences
-are shown beside the reference tables.
+A summary is appended to the file named by GITHUB_STEP_SUMMARY. With GITHUB_ACTIONS=true, GitHub
+shows differences beside the reference tables.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ LAYOUT = "regression.yaml"
 
 
 def layouts_of(reference: Path) -> dict[str, Layout]:
-    """What is compared: as the folder of the reference says, or as all do."""
+    """Read the layouts of the reference tables: from the reference's folder, or the common ones."""
     own = reference / LAYOUT
     return read_layouts(own if own.is_file() else Path(__file__).with_name(LAYOUT))
 
 
 def write_output(found: Comparison, folder: Path) -> None:
-    """Write the comparison for people and machines, and what `make bless` would write."""
+    """Write check.md, check.json, and the reference tables that `make bless` would write."""
     bless(found.results, folder / "reference", layouts_of(found.reference))
     for name, text in {"check.md": found.markdown(), "check.json": found.json()}.items():
         with write_atomically(folder / name) as temporary:
@@ -48,7 +48,7 @@ def in_github() -> bool:
 
 
 def annotation(text: str, file: str = "") -> str:
-    """Spell an error as GitHub shows it, beside a file."""
+    """Format an error as an annotation that GitHub shows beside a file."""
     for character in "%\r\n":
         text = text.replace(character, f"%{ord(character):02X}")
     return f"::error{f' file={file}' if file else ''}::{text}"
@@ -59,7 +59,7 @@ def tell_ci(found: Comparison) -> None:
         with open(summary, "a", encoding="utf-8") as file:
             file.write(found.markdown())
     if in_github():
-        for difference in found.differences[:10]:  # GitHub shows ten of a step
+        for difference in found.differences[:10]:  # GitHub shows ten for each step
             print(annotation(difference.text, f"{found.reference}/{difference.table}.csv"))
 
 
@@ -94,10 +94,12 @@ def main(argv: list[str]) -> int:
         help="compare this folder, current or not, instead of results/<study>",
     )
     parser.add_argument(
-        "--reference", type=Path, help="reference tables or results; tests/regression/<study>"
+        "--reference",
+        type=Path,
+        help="reference tables or results; default: tests/regression/<study>",
     )
     parser.add_argument("--output", type=Path, help="folder for check.md, check.json, reference/")
-    parser.add_argument("--bless", action="store_true", help="make the reference tables anew")
+    parser.add_argument("--bless", action="store_true", help="update the reference tables")
     try:
         return run(parser.parse_args(argv))
     except StudyError as error:

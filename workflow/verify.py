@@ -1,8 +1,8 @@
-"""Make the results of an unpacked archive again and compare them; used by `make verify` there.
+"""Reproduce the results of an unpacked archive and compare them; used by its `make verify`.
 
 Usage: python workflow/verify.py [FOLDER]
 
-Exit status 1 if a table moved, 2 if that cannot be found out.
+Exit status 1 if a table differs, 2 if the tables cannot be compared.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from vibrissa.study.reading import read_study
 
 
 def verify(folder: Path, scratch: str) -> Comparison:
-    """Run the study of an unpacked archive in another folder, and compare."""
+    """Run the study of an unpacked archive in a scratch folder, and compare the results."""
     study_file = folder / "config.yaml"
     results = Path("results", read_study(study_file).name)
     command = [sys.executable, "-m", "vibrissa.pipeline", "--snakefile", str(folder / "Snakefile")]
@@ -33,7 +33,7 @@ def verify(folder: Path, scratch: str) -> Comparison:
 
 
 def main(argv: list[str]) -> int:
-    parser = argparse.ArgumentParser(description="Make archived results again and compare them.")
+    parser = argparse.ArgumentParser(description="Reproduce archived results and compare them.")
     parser.add_argument("folder", type=Path, nargs="?", default=Path())
     try:
         with TemporaryDirectory(prefix="vibrissa-") as scratch:

@@ -192,7 +192,7 @@ def test_a_layout_that_says_nothing_is_refused(blessed, tmp_path):
     path = tmp_path / "my.yaml"
     for text in ("stiction: 3", "a: {keys: [b], columns: {c: near}}", "a: ["):
         path.write_text(text)
-        with pytest.raises(ComparisonError, match=r"my\.yaml does not say what to compare"):
+        with pytest.raises(ComparisonError, match=r"my\.yaml does not define what to compare"):
             read_layouts(path)
     (blessed[1] / "stiction.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ComparisonError, match=r"is not a table .*; restore it"):

@@ -335,7 +335,7 @@ def test_claims_need_the_papers_points_and_say_what_to_remove(read):
     text = (ROOT / "config.yaml").read_text().replace("mu0: [0.2, 0.3, 0.4]", "mu0: [0.2, 0.3]")
     (told,) = mistakes(read, text)
     assert "claims.taper" in told and "need 0.2, 0.3, 0.4" in told
-    assert told.endswith("or remove the key `claims`: a study needs none")
+    assert told.endswith("or remove the key `claims`, which is optional")
     (told,) = mistakes(read, (ROOT / "config.yaml").read_text().replace("point", "line", 1))
     assert "remove the key `claims`" in told
 

@@ -24,7 +24,7 @@ def test_options_reach_the_check():
 def test_an_unknown_name_is_refused():
     refused = run("proofs")
     assert refused.returncode == 2
-    assert refused.stderr == "no such check: proofs; python -m validation --list names them\n"
+    assert refused.stderr == "no such check: proofs; python -m validation --list lists all\n"
 
 
 def test_a_record_has_title_command_and_findings(tmp_path, monkeypatch):

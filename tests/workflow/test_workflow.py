@@ -173,7 +173,9 @@ def test_points_that_fail_are_counted_and_with_strict_end_the_run(copied):
     )
     status, _ = copied.call("--config", "strict=true")
     assert status == 1
-    assert copied.log("summary").startswith("error: strict: 2 grid points, 1 scan have the status")
+    assert copied.log("summary").startswith(
+        "error: strict: 2 grid points, 1 scan with status failed"
+    )
     assert len(copied.stiction()) == 4
     copied.run("results/tiny/summary.txt")
     summary = (copied.root / "results/tiny/summary.txt").read_text()

@@ -1,7 +1,7 @@
-"""Proved numbers: equilibria of the rod, enclosed with every error of rounding and truncation."""
+"""Proved numbers: equilibria of the rod, enclosed with all rounding and truncation errors."""
 
 from vibrissa.errors import VibrissaError
 
 
 class NotProvedError(VibrissaError):
-    """A statement for which no proof was found; the message says at which step."""
+    """No proof of a statement was found; the message names the step that failed."""

@@ -4,13 +4,13 @@ The equilibria of a rod are a path in the space of loads (fx, fy, m0), where
 
     g(fx, fy, m0) = (m(1), y(1) − η) = 0.
 
-μ = −tan α = fx/fy is stationary where the path keeps the direction of the force. There its tangent
-is a·(fx, fy, 0) + b·(0, 0, 1), with numbers a and b that are not both zero, and
+μ = −tan α = fx/fy is stationary where the force keeps its direction along the path. There the
+path's tangent is a·(fx, fy, 0) + b·(0, 0, 1), with numbers a and b that are not both zero, and
 
     a·E + b·M = 0,   E = fx·∂g/∂fx + fy·∂g/∂fy,   M = ∂g/∂m0.
 
 So the critical state solves three equations for its load: g = 0 and D = det(E, M) = 0. The
-derivatives of D hold the second derivatives of g, which the integration encloses as well.
+derivatives of D contain the second derivatives of g, which the integration encloses as well.
 
 Where each fx has one equilibrium, as in a tube of `validation.proof.path`, dμ/dfx is D divided by
 fy²·det(∂g/∂fy, M), which does not vanish. So D changes its sign where −tan α has an extremum.
@@ -24,7 +24,7 @@ from validation.proof.equilibrium import Equilibrium, Rod, described
 from validation.proof.flow import PAIRS, Load, Shot, shoot
 from validation.proof.krawczyk import System, solution
 
-# m(1) and y(1), differentiated.
+# Derivatives of m(1) and y(1).
 Pair = tuple[arb, arb]
 
 
@@ -35,7 +35,7 @@ def prove_critical(rod: Rod, near: Sequence[arb | float]) -> Equilibrium:
     ----------
     rod : Rod
     near : sequence of float, length 3
-        Load from which Newton's method starts. No proof depends on where it came from.
+        Load from which Newton's method starts; the proof does not depend on it.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def turning(load: Load, shot: Shot) -> tuple[arb, Load]:
     load : Load
         A load, or a box of them.
     shot : Shot
-        With second derivatives.
+        The rod with this load, with second derivatives.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def turning(load: Load, shot: Shot) -> tuple[arb, Load]:
 
 
 def _along(load: Load, of_fx: Pair, of_fy: Pair) -> Pair:
-    """Change with a force that keeps its direction."""
+    """Return the derivative fx·∂/∂fx + fy·∂/∂fy, along a force of fixed direction."""
     (m_fx, y_fx), (m_fy, y_fy) = of_fx, of_fy
     return load.fx * m_fx + load.fy * m_fy, load.fx * y_fx + load.fy * y_fy
 

@@ -1,10 +1,10 @@
-"""Balls as decimal numbers that enclose them."""
+"""Conversion of balls to decimal numbers that enclose them."""
 
 from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Decimal, localcontext
 
 from flint import arb
 
-# Digits of a midpoint at most.
+# Largest number of digits of a midpoint.
 DIGITS = 32
 
 
@@ -14,7 +14,7 @@ def decimals(ball: arb) -> tuple[Decimal, Decimal]:
     Parameters
     ----------
     ball : arb
-        Finite.
+        A finite ball.
 
     Returns
     -------

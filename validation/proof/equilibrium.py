@@ -5,8 +5,8 @@ and lies at the height of the surface,
 
     m(1) = 0,   y(1) = η.
 
-One more condition says which of these equilibria is meant (`Closing`). So there are three equations
-for the load.
+A third condition (`Closing`) selects one of these equilibria. So there are three equations for the
+load.
 """
 
 from collections.abc import Sequence
@@ -36,9 +36,9 @@ class Rod:
 
 @dataclass(frozen=True, kw_only=True)
 class Closing:
-    """The condition that closes: of_fx·fx + of_fy·fy + of_x·x(1) = level.
+    """The third condition: of_fx·fx + of_fy·fy + of_x·x(1) = level.
 
-    x(1) is the place of the tip, x1 − x0.
+    x(1) is the position of the tip relative to the clamp, x1 − x0.
     """
 
     of_fx: arb | int = 0
@@ -48,18 +48,18 @@ class Closing:
 
 
 def inclined(mu: arb) -> Closing:
-    """Close with the inclination of the force, −tan α = fx/fy = μ."""
+    """Prescribe the inclination of the force, −tan α = fx/fy = μ."""
     return Closing(of_fx=1, of_fy=-mu)
 
 
 def reaching(offset: arb) -> Closing:
-    """Close with the place of the tip, x1 − x0."""
+    """Prescribe the position of the tip, x1 − x0."""
     return Closing(of_x=1, level=offset)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Equilibrium:
-    """An equilibrium that exists, and that is the only one of its kind nearby.
+    """A proved equilibrium: it exists, and no other one nearby meets the same conditions.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Equilibrium:
     offset, phi1 : arb
         x1 − x0 (L), and the slope at the tip (rad).
     passed : list of Section
-        Boxes that hold the sections of the rod, from the clamp to the tip.
+        Boxes that contain the sections of the rod, from the clamp to the tip.
     """
 
     load: Load
@@ -82,7 +82,7 @@ class Equilibrium:
     passed: list[Section]
 
     def bent_once(self) -> bool:
-        """Whether m < 0 from the clamp up to the tip, where it vanishes: proved, if true."""
+        """Whether m < 0 from the clamp up to the tip, where m = 0: proved, if true."""
         fx, fy, _ = self.load
         bends = [box.m < 0 for box in self.passed]
         first = bends.index(False) if False in bends else len(bends)
@@ -97,9 +97,9 @@ def prove(rod: Rod, closing: Closing, near: Sequence[arb | float]) -> Equilibriu
     ----------
     rod : Rod
     closing : Closing
-        If its level is a ball, this is proved for each number in it.
+        If its level is a ball, the proof holds for each number in the ball.
     near : sequence of float
-        Load from which Newton's method starts. No proof depends on where it came from.
+        Load from which Newton's method starts; the proof does not depend on it.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def equations(rod: Rod, closing: Closing) -> System:
 
 
 def described(rod: Rod, image: arb_mat) -> Equilibrium:
-    """Enclose what there is to say of an equilibrium, given its load."""
+    """Enclose the quantities of an equilibrium, given an enclosure of its load."""
     load = Load(*image.entries())
     shot = shoot(rod.theta, load, rod.steps)
     mu = load.fx / load.fy

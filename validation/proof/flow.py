@@ -1,23 +1,22 @@
-"""From the clamp to the tip: the equations of the rod, integrated with every error enclosed.
+"""Integration of the rod's equations from clamp to tip, with every error enclosed.
 
 A rod leaves its clamp with the moment m0 and carries the contact force (fx, fy):
 
     φ' = m/B(s),   m' = fx·sin φ − fy·cos φ,   x' = cos φ,   y' = sin φ,
     φ(0) = π/2,   m(0) = m0,   x(0) = y(0) = 0,   B(s) = d(s)⁴,   d(s) = 1 − (1 − 1/θ)·s.
 
-All numbers are balls of Arb, a midpoint and a radius: what an operation on balls returns holds
-its result for every choice of points in them. A step from s to s + h has three parts [1]_:
+All numbers are balls of Arb, a midpoint and a radius: an operation on balls returns a ball that
+contains the result for all numbers in these balls. A step from s to s + h has three parts [1]_:
 
 1. Find a box that the solution does not leave on the step (`box_on_step`). Picard's theorem is the
    proof: the operator of the integrated equations maps the box into itself.
 2. Take Taylor's polynomial of degree N − 1 at s. The same operator, applied to power series, gives
    its coefficients (`taylor`).
-3. Add what the polynomial leaves out: h^N times the N-th coefficient at some place on the step. It
-   lies in the N-th coefficient of a series that begins anywhere in the box of part 1.
+3. Add the remainder: h^N times the N-th coefficient at some place on the step. This coefficient
+   lies in the N-th coefficient of the series that begins at the box of part 1.
 
 The derivatives with respect to fx, fy and m0 obey the variational equations. They are integrated
-along with the solution, and the three parts hold for them as well. So they do for the second
-derivatives, which are integrated where they are asked for.
+along with the solution, in the same three parts. So are the second derivatives, if requested.
 
 References
 ----------
@@ -35,13 +34,13 @@ from flint import arb, arb_series, ctx
 
 from validation.proof import NotProvedError
 
-# A box of a step is made larger by this, as often as this.
+# Factor by which the box of a step is enlarged, and largest number of enlargements.
 GROWTH, ATTEMPTS = 1.25, 40
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How exactly a rod is integrated: only the radius of a result depends on it.
+    """Accuracy of the integration, which affects only the radii of the results.
 
     Attributes
     ----------
@@ -70,7 +69,7 @@ class Effort:
 
 
 class Section(NamedTuple):
-    """Slope, moment and place of a cross-section; or the derivatives of these four.
+    """Slope, moment and position of a cross-section; or the derivatives of these four.
 
     Each is a ball, or a power series in the arc length whose coefficients are balls.
     """
@@ -81,8 +80,8 @@ class Section(NamedTuple):
     y: Any
 
 
-# A section and its derivatives with respect to fx, fy and m0, in this order; then, where they are
-# asked for, its second derivatives with respect to `PAIRS` of these.
+# A section and its derivatives with respect to fx, fy and m0, in this order; then, if requested,
+# its second derivatives with respect to `PAIRS` of these.
 Sections = tuple[Section, ...]
 Integral = Callable[[Any], Any]
 PAIRS = tuple(combinations_with_replacement(range(3), 2))
@@ -97,15 +96,15 @@ class Load(NamedTuple):
 
 
 class Shot(NamedTuple):
-    """What became of a rod with a given load.
+    """The integrated rod with a given load.
 
     Attributes
     ----------
     tip : Sections
     passed : list of Section
-        For each step, a box that holds the sections on it.
+        For each step, a box that contains all sections on it.
     ends : list of Section
-        Where each step ends.
+        For each step, the section at its end.
     """
 
     tip: Sections
@@ -114,17 +113,17 @@ class Shot(NamedTuple):
 
 
 class Vicinity(NamedTuple):
-    """Loads that differ from one by a multiple of a direction, and by a little more.
+    """Loads near a central load: central load + multiple·direction + more.
 
     Attributes
     ----------
     shot : Shot
-        With that one load.
+        The rod with the central load.
     direction : Load
     multiple : arb
-        All multiples.
+        Ball of all multiples.
     more : Load
-        All that may be added to them.
+        Balls of all further deviations.
     """
 
     shot: Shot
@@ -151,7 +150,7 @@ def shoot(
     steps : int
         Number of steps.
     vicinity : Vicinity, optional
-        Of all loads in the box those that are meant. The result is narrower then.
+        Loads of the box to which the result is restricted, which makes it narrower.
     second : bool, optional
         Whether to integrate the second derivatives, too.
 
@@ -183,9 +182,9 @@ def narrowed(sections: Sections, middle: Section, vicinity: Vicinity) -> Section
     Parameters
     ----------
     sections : Sections
-        For a box of loads, with their derivatives everywhere in the box.
+        Sections for a box of loads, with derivatives that hold everywhere in the box.
     middle : Section
-        For the load in the middle of the vicinity, at the same place.
+        Section at the same place for the central load of the vicinity.
     vicinity : Vicinity
 
     Returns
@@ -210,9 +209,10 @@ def diameter(theta: arb, s: arb) -> arb:
 
 
 def place(theta: arb, share: arb) -> arb:
-    """Return the arc length at a share of the steps: equal steps of 1/√d.
+    """Return the arc length after a share of the steps, which are equal steps of 1/√d.
 
-    The thin end bends more. A proof may use any numbers; with these the errors were the smallest.
+    So steps are shorter towards the thin end, which bends more. A proof may use any steps; these
+    had the smallest errors.
     """
     root = theta.sqrt()
     inverse = 1 + (root - 1) * share
@@ -220,7 +220,7 @@ def place(theta: arb, share: arb) -> arb:
 
 
 def at_clamp(m0: arb, second: bool = False) -> Sections:
-    """Return the section at the clamp, where only the moment is not fixed."""
+    """Return the section at the clamp, of which only the moment varies, and its derivatives."""
     zero, one = arb(0), arb(1)
     fixed = Section(zero, zero, zero, zero)
     first = Section(arb.pi() / 2, m0, zero, zero), fixed, fixed, fixed._replace(m=one)
@@ -228,21 +228,21 @@ def at_clamp(m0: arb, second: bool = False) -> Sections:
 
 
 def step(theta: arb, load: Load, start: Sections, s: arb, h: arb) -> tuple[Sections, Sections]:
-    """Go one step.
+    """Integrate over one step.
 
     Parameters
     ----------
     theta : arb
     load : Load
     start : Sections
-        Where the step begins.
+        Sections at the start of the step.
     s, h : arb
-        Arc length where the step begins, and its length.
+        Arc length at the start of the step, and length of the step.
 
     Returns
     -------
     end, box : Sections
-        Where the step ends, and a box for all of it.
+        Sections at the end of the step, and a box for the whole step.
 
     Raises
     ------
@@ -258,7 +258,7 @@ def step(theta: arb, load: Load, start: Sections, s: arb, h: arb) -> tuple[Secti
 
 
 def _sum(known: arb_series, rest: arb_series, h: arb) -> arb:
-    """Taylor's polynomial of the one series and the last term of the other."""
+    """Sum Taylor's polynomial of `known` and the term of order N of `rest`."""
     order = ctx.cap - 1
     value = rest[order]
     for k in reversed(range(order)):
@@ -274,22 +274,22 @@ def _each(function: Callable[..., Any], *sections: Sections) -> Sections:
 def picard(
     start: Sections, guess: Sections, load: Load, compliance: Any, integral: Integral
 ) -> Sections:
-    """Integrate the equations once, with a guess on their right-hand sides.
+    """Apply Picard's operator: integrate the equations once, with a guess on the right-hand sides.
 
-    The solution is the only guess that is returned unchanged. m is used as soon as it is known, so
-    that a power series gains two terms of φ each time.
+    The solution is the only fixed point. The new m is used for φ at once, so that a power series of
+    φ gains two terms each time.
 
     Parameters
     ----------
     start : Sections
-        Where the integrals begin.
+        Sections at the start of the step.
     guess : Sections
         Power series, or boxes for the whole step.
     load : Load
     compliance : arb_series or arb
-        1/B, of the kind of the guess.
+        1/B, of the same kind as the guess.
     integral : callable
-        Integral over the step up to any place of it, of the kind of the guess.
+        Maps a power series, or a box, to its integral from the start of the step.
 
     Returns
     -------
@@ -312,8 +312,8 @@ def picard(
 def rates(sections: Sections, load: Load) -> Sections:
     """Evaluate the right-hand sides of the equations, and of the variational equations.
 
-    With P = fx·sin φ − fy·cos φ and H = ∂P/∂φ = fx·cos φ + fy·sin φ, differentiated once and twice,
-    an index for each load,
+    With P = fx·sin φ − fy·cos φ and H = ∂P/∂φ = fx·cos φ + fy·sin φ, and with indices i and j for
+    derivatives with respect to components of the load,
 
         P_i  = H·φ_i + d_i,                                    d = (sin φ, −cos φ, 0),
         P_ij = H·φ_ij − P·φ_i·φ_j + e_i·φ_j + e_j·φ_i,         e = (cos φ, sin φ, 0).
@@ -335,7 +335,7 @@ def rates(sections: Sections, load: Load) -> Sections:
     sin, cos = phi.sin_cos()
     pull, hold = fx * sin - fy * cos, fx * cos + fy * sin
     found = [Section(m, pull, cos, sin)]
-    # The force stands in m' itself; the moment at the clamp only where the rod begins.
+    # The force appears in m' itself; the clamp moment only in the section at the clamp.
     for tangent, direct in zip(tangents, (sin, -cos, 0), strict=True):
         found.append(
             Section(
@@ -362,63 +362,63 @@ def rates(sections: Sections, load: Load) -> Sections:
 
 
 def taylor(start: Sections, load: Load, thickness: arb, slope: arb) -> Sections:
-    """Find the power series of the solution, up to the term that `Effort.order` names.
+    """Find the power series of the solution, up to the order N (`Effort.order`).
 
     Parameters
     ----------
     start : Sections
     load : Load
     thickness, slope : arb
-        Diameter where the series begins, in units of that at the clamp, and how much it falls with
-        the arc length.
+        Diameter at the start of the series, in units of the diameter at the clamp, and its decrease
+        per arc length.
 
     Returns
     -------
     Sections
-        Of power series.
+        Sections of power series.
     """
     root = arb_series([thickness, -slope]).inv()
     square = root * root
     compliance = square * square
     guess = _each(lambda value: arb_series([value], prec=1), start)
-    # A series knows how many of its terms are known; x and y are the last.
+    # `prec` is the number of known terms of a series; x and y are the last to be complete.
     while guess[0].x.prec < ctx.cap:
         guess = picard(start, guess, load, compliance, arb_series.integral)
     return guess
 
 
 def box_on_step(start: Sections, load: Load, thickness: arb, h: arb) -> Sections:
-    """Find a box that holds the solution on a whole step.
+    """Find a box that contains the solution on a whole step.
 
     Parameters
     ----------
     start : Sections
     load : Load
     thickness : arb
-        Diameters on the step, in units of that at the clamp.
+        Diameters on the step, in units of the diameter at the clamp.
     h : arb
         Length of the step.
 
     Returns
     -------
     Sections
-        A box that `holds`.
+        A box for which `holds` is true.
 
     Raises
     ------
     NotProvedError
-        If there is none near the start.
+        If no such box is found.
     """
     box = start
     for _ in range(ATTEMPTS):
         box = _each(_larger, integrated_once(start, box, load, thickness, h))
         if holds(start, box, load, thickness, h):
             return box
-    raise NotProvedError("no box holds the rod on a step; more steps are needed")
+    raise NotProvedError("no box contains the rod on a step; more steps are needed")
 
 
 def holds(start: Sections, box: Sections, load: Load, thickness: arb, h: arb) -> bool:
-    """Whether Picard's operator maps a box into itself: then it holds the solution on the step."""
+    """Whether Picard's operator maps a box into itself: then the box contains the solution."""
     inside = integrated_once(start, box, load, thickness, h)
     return all(
         whole.contains(part)
@@ -428,7 +428,7 @@ def holds(start: Sections, box: Sections, load: Load, thickness: arb, h: arb) ->
 
 
 def integrated_once(start: Sections, box: Sections, load: Load, thickness: arb, h: arb) -> Sections:
-    """Apply Picard's operator to a box: an integral is a length up to h times a value there."""
+    """Apply Picard's operator to a box: an integral is a length up to h times a value in it."""
     lengths = arb(0).union(h)
     return picard(start, box, load, thickness**-4, lambda values: lengths * values)
 

@@ -1,4 +1,4 @@
-"""Solutions of a system of equations: Newton's method, and Krawczyk's test of what it finds."""
+"""Proved solutions of a system of equations: Newton's method, then Krawczyk's test."""
 
 from collections.abc import Callable, Sequence
 
@@ -6,24 +6,24 @@ from flint import arb, arb_mat
 
 from validation.proof import NotProvedError
 
-# Values and derivatives of F at a point, or balls that hold them everywhere in a box: of shapes
-# (n, 1), (n, 1) and (n, n).
+# Maps a point or a box, shape (n, 1), to values of F, shape (n, 1), and derivatives of F, shape
+# (n, n): balls that contain them everywhere in the box.
 System = Callable[[arb_mat], tuple[arb_mat, arb_mat]]
 
-# A box reaches so many times as far as Newton's last correction.
+# Half-widths of a box in units of Newton's last correction.
 REACH = 2
-# More of Newton's corrections do not help: they began too far away.
+# Largest number of Newton's corrections: if they do not suffice, the start was too far away.
 CORRECTIONS = 10
 
 
 def solution(system: System, near: Sequence[arb | float]) -> arb_mat:
-    """Find a solution, and prove that it is one.
+    """Find a solution, and prove that it is the only one in a box around it.
 
     Parameters
     ----------
     system : callable
     near : sequence of float, length n
-        Where Newton's method starts. No proof depends on where it came from.
+        Start of Newton's method; the proof does not depend on it.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def solution(system: System, near: Sequence[arb | float]) -> arb_mat:
     for _ in range(CORRECTIONS):
         values, slopes = system(centre)
         correction = middle_inverse(slopes) * values
-        # Until it cannot be told from the errors of the integration.
+        # The correction is within the errors of the integration.
         if all(change.contains(0) for change in correction.entries()):
             return krawczyk(system, centre, reached(correction))
         centre = (centre - correction).mid()
@@ -47,9 +47,9 @@ def solution(system: System, near: Sequence[arb | float]) -> arb_mat:
 
 
 def reached(correction: arb_mat) -> list[arb]:
-    """Say how far a box should reach, given Newton's correction at its centre."""
+    """Return half-widths for a box, given Newton's correction at its centre."""
     sizes = [abs(change).upper() for change in correction.entries()]
-    # A part that happens to change little is not known better than the others.
+    # A component that happens to change little is not more accurate than the others.
     least = max(sizes, key=float) / 8
     return [REACH * max(size, least, key=float) for size in sizes]
 
@@ -67,12 +67,12 @@ def krawczyk(system: System, centre: arb_mat, reach: Sequence[arb | float]) -> a
     centre : arb_mat, shape (n, 1)
         Middle of the box.
     reach : sequence of float, length n
-        Half the box's widths.
+        Half-widths of the box.
 
     Returns
     -------
     arb_mat, shape (n, 1)
-        K.
+        The box K.
 
     Raises
     ------
@@ -123,12 +123,12 @@ def inside(image: arb_mat, box: arb_mat) -> bool:
 
 
 def middle_inverse(slopes: arb_mat) -> arb_mat:
-    """Invert the middle of a matrix, about.
+    """Return an approximate inverse of the midpoint of a matrix.
 
     Raises
     ------
     NotProvedError
-        If it is singular.
+        If the midpoint is singular.
     """
     try:
         return slopes.mid().inv().mid()

@@ -1,4 +1,4 @@
-"""Equilibrium paths from the state α = 0 on, proved: which onset of slip is the first.
+"""Proved equilibrium paths from the state α = 0 on, to decide which onset of slip is the first.
 
 Along the path the horizontal force fx falls from 0, and each fx has one equilibrium. So the path is
 covered by tubes, each for an interval of fx: the load lies near a straight line,
@@ -6,10 +6,11 @@ covered by tubes, each for an interval of fx: the load lies near a straight line
     (fx, fy, m0) = centre + (fx − centre.fx)·(1, a, b) + a little more,
 
 and Krawczyk's test proves, for all fx of the interval at once, that exactly one load in the tube is
-an equilibrium. Where two tubes meet, their equilibria at a common fx are the same: a small box that
-holds that of the one lies in the other. On a tube the derivatives along the path are enclosed, and
-their signs tell whether the clamp advances, and whether −tan α rises. Where −tan α has its maximum,
-and the sign of its derivative is open, the next derivative tells that it has no other one there.
+an equilibrium. Where two tubes meet, they have the same equilibrium at a common fx: a small box
+that contains the equilibrium of one tube lies in the other tube. On a tube the derivatives along
+the path are enclosed. Their signs prove that the clamp advances, and whether −tan α rises. Near the
+maximum of −tan α the sign of its derivative is open; there, the derivative of D (`critical`) has
+one sign, so that −tan α has only one extremum.
 """
 
 from collections.abc import Sequence
@@ -24,20 +25,20 @@ from validation.proof.equilibrium import Equilibrium, Rod
 from validation.proof.flow import Load, Shot, Vicinity, shoot
 from validation.proof.krawczyk import inside, middle_inverse, operator
 
-# A tube is made so many times as wide as what was found in it.
+# Width of a tube in units of the width of the enclosure that was found in it.
 SLACK = 2
 # Attempts at a tube's width.
 ATTEMPTS = 4
-# Length of the first tube, of the shortest, and of the shortest that is sought where it is open
-# whether −tan α rises; relative to the force at α = 0.
+# Half-lengths of tubes, relative to the force at α = 0: of the first tube, of the shortest, and of
+# the shortest that is tried only to decide whether −tan α rises.
 FIRST, SHORTEST, OPEN = 2.0**-6, 2.0**-20, 2.0**-12
-# How much longer the next tube may be, and how far two of them overlap.
+# Factor by which the next tube is longer, and relative overlap of two tubes.
 LONGER, OVERLAP = 1.25, 2.0**-6
 # How often Krawczyk's operator is applied to narrow a tube.
 REPEATED = 4
-# Newton's corrections of a centre.
+# Largest number of Newton's corrections of a centre.
 CORRECTIONS = 6
-# Nothing to be added to a load.
+# No deviation of a load.
 NOTHING = Load(arb(0), arb(0), arb(0))
 
 
@@ -53,7 +54,7 @@ class Line(NamedTuple):
     direction: Load
 
     def at(self, way: arb, more: Load = NOTHING) -> Load:
-        """Return the loads whose fx is that of the centre and `way`; and what may be added."""
+        """Return the loads on the line at fx = centre.fx + `way`, plus the deviation `more`."""
         return Load(*(c + d * way + m for c, d, m in zip(*self, more, strict=True)))
 
 
@@ -65,17 +66,17 @@ class Tube:
     ----------
     line : Line
     reach : arb
-        How far fx may be from that of the centre.
+        Half-length of the tube: largest |fx − centre.fx|.
     more : Load
-        Balls around zero: how far loads of the tube may be from the line.
+        Balls around zero: deviations of the tube's loads from the line.
     last : Load
-        Enclosure of the equilibrium where the tube ends, at the fx farthest from α = 0.
+        Enclosure of the equilibrium at the end of the tube, where fx is farthest from α = 0.
     mu : arb
         −tan α of the equilibria.
     rise, advance : arb
         Derivatives of −tan α and of x0 with respect to −fx.
     bend : arb or None
-        Where the sign of `rise` is open: derivative of `turning` with respect to fx.
+        Derivative of `turning` with respect to fx, if the sign of `rise` is open.
     """
 
     line: Line
@@ -88,7 +89,7 @@ class Tube:
     bend: arb | None
 
     def on_line(self, fx: arb) -> Load:
-        """Return the load of an fx on the line."""
+        """Return the load on the line at fx."""
         return self.line.at(fx - self.line.centre.fx)
 
     def holds(self, load: Load) -> bool:
@@ -99,7 +100,7 @@ class Tube:
         return self.more.fy.contains(load.fy - fy) and self.more.m0.contains(load.m0 - m0)
 
     def meets(self, other: "Tube") -> bool:
-        """Whether the other tube goes on where this one ends: proved, if true."""
+        """Whether the other tube contains the end of this tube: proved, if true."""
         return other.holds(self.last)
 
 
@@ -110,13 +111,13 @@ class Path:
     Attributes
     ----------
     tubes : list of Tube
-        In order; neighbours meet.
+        Tubes in order; neighbours meet.
     """
 
     tubes: list[Tube]
 
     def slips_first(self, slip: Equilibrium) -> bool:
-        """Whether a state is on the path, and the first with its −tan α: proved, if true."""
+        """Whether a state is on the path, and is the first with its −tan α: proved, if true."""
         for tube in self.tubes:
             if not (tube.rise > 0 and tube.advance > 0):
                 return False
@@ -134,7 +135,7 @@ class Path:
         return False
 
     def peaks_first(self, critical: Equilibrium) -> bool:
-        """Whether −tan α rises up to a critical state, and falls behind: proved, if true."""
+        """Whether −tan α rises up to a critical state, and falls after it: proved, if true."""
         bends: list[arb] = []
         passed = False
         for tube in self.tubes:
@@ -158,7 +159,7 @@ def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
     init : Equilibrium
         The state α = 0.
     beyond : arb, optional
-        −tan α up to which tubes are so short that it rises in each.
+        Value up to which tubes are so short that −tan α rises in each.
 
     Returns
     -------
@@ -167,7 +168,7 @@ def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
     Raises
     ------
     NotProvedError
-        If the path cannot be followed, at the displacement that the message tells.
+        If the path cannot be followed further; the message has the last fx.
     """
     scale = abs(init.load.fy).mid()
     tubes: list[Tube] = []
@@ -190,7 +191,7 @@ def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
 
 
 def _decided(tube: Tube, beyond: arb | None) -> bool:
-    """Whether it is known where on a tube −tan α rises: up to `beyond`, everywhere."""
+    """Whether the sign of `rise` is known or, where −tan α exceeds `beyond`, that of `bend`."""
     if tube.bend is None:
         return True
     past = beyond is None or bool(tube.mu > beyond)
@@ -202,12 +203,12 @@ def _end(tubes: list[Tube]) -> arb:
 
 
 def next_tube(rod: Rod, init: Equilibrium, tubes: list[Tube], reach: arb) -> Tube:
-    """Prove a tube that goes on where the others end.
+    """Prove the tube that follows the others.
 
     Raises
     ------
     NotProvedError
-        If it is none, or does not meet the one before.
+        If the tube is not proved, or does not meet the previous tube.
     """
     fx = (_end(tubes) - reach * (1 - OVERLAP)).mid()
     _, fy, m0 = tubes[-1].on_line(fx) if tubes else init.load
@@ -225,11 +226,11 @@ def proved_tube(rod: Rod, near: Load, reach: arb, width: arb) -> Tube:
     ----------
     rod : Rod
     near : Load
-        Near the middle of the line; its fx is kept.
+        Load near the middle of the line; its fx is kept.
     reach : arb
-        How far fx goes from there, to both sides.
+        Half-length of the interval of fx.
     width : arb
-        How far the loads of the tube may be from the line, at first.
+        Half-width of the tube that is tried first.
 
     Returns
     -------
@@ -249,7 +250,7 @@ def proved_tube(rod: Rod, near: Load, reach: arb, width: arb) -> Tube:
         vicinity = Vicinity(shot, line.direction, multiple, extra)
         wide = shoot(rod.theta, line.at(multiple, extra), rod.steps, vicinity)
         _, of_fx, slopes = moment_and_height(rod, wide)
-        # On the line the conditions are missed by what the mean value theorem says.
+        # Residuals on the line, by the mean value theorem.
         missed = values + (of_fx + slopes * along) * multiple
         image = operator(missed, more, slopes)
         if inside(image, more):
@@ -259,17 +260,17 @@ def proved_tube(rod: Rod, near: Load, reach: arb, width: arb) -> Tube:
 
 
 def _narrowed(missed: arb_mat, more: arb_mat, slopes: arb_mat) -> arb_mat:
-    """Narrow where the equilibria are: what is outside of the operator's image is none."""
+    """Narrow the enclosure of the equilibria: all of them lie in the operator's image."""
     for _ in range(REPEATED):
         more = operator(missed, more, slopes)
     return more
 
 
 def _described(rod: Rod, line: Line, vicinity: Vicinity, wide: Shot, found: arb_mat) -> Tube:
-    """Enclose what changes along the path: the derivatives with respect to fx, by Cramer's rule.
+    """Make a tube: enclose its end, and the derivatives along the path with respect to fx.
 
-    `wide` is shot with all loads of the tube, and `found` says how far the equilibria may be from
-    the line.
+    `wide` is the rod with all loads of the tube; `found` encloses the deviations of the equilibria
+    from the line.
     """
     _, of_fx, slopes = moment_and_height(rod, wide)
     rates = slopes.solve(-of_fx, algorithm="precond").entries()
@@ -299,12 +300,12 @@ def _described(rod: Rod, line: Line, vicinity: Vicinity, wide: Shot, found: arb_
 
 
 def _along(changes: Sequence[arb], rates: Sequence[arb]) -> arb:
-    """Add changes with fy and m0, which change with fx at these rates."""
+    """Sum the derivatives with respect to fy and m0, times the rates of fy and m0 with fx."""
     return sum((change * rate for change, rate in zip(changes, rates, strict=True)), arb(0))
 
 
 def corrected(rod: Rod, near: Load, reach: arb) -> tuple[Load, Shot]:
-    """Correct fy and m0 by Newton's method until little of a tube's length is left.
+    """Correct fy and m0 by Newton's method, until corrections are small for the tube's length.
 
     Raises
     ------
@@ -334,7 +335,7 @@ def moment_and_height(rod: Rod, shot: Shot) -> tuple[arb_mat, arb_mat, arb_mat]:
     Returns
     -------
     values : arb_mat, shape (2, 1)
-        By how much they are missed.
+        Residuals of the two conditions.
     of_fx : arb_mat, shape (2, 1)
         Derivatives with respect to fx.
     slopes : arb_mat, shape (2, 2)

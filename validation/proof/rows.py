@@ -1,7 +1,7 @@
-"""What is proved of the rows of a study's tables, as lines of a file of enclosures.
+"""Proofs of the numbers in a study's tables, as lines of a file of enclosures.
 
-Each function proves rows that belong together and yields a line for each number. What cannot be
-proved is a line with the reason.
+Each function proves related rows and yields a line for each number. For a row without a proof, the
+line has the reason.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,21 +21,21 @@ from vibrissa.decimals import exact, spell
 from vibrissa.sticking.api import solve_curve, solve_state
 from vibrissa.sticking.curve import StickingCurve
 
-# What there is to say of a row without an onset, proved and not.
+# Notes for a row without an onset: proved, and not proved.
 LOCKS = "the tip locks: -tan(alpha) stays below mu0 up to its maximum"
 SELF_LOCKING = "self-locking: there is no onset, which is not proved"
 YES_NO = {True: "yes", False: "no"}
 
-# A line of the file by its columns, of which those that are missing are empty. A row has the table,
-# and its keys in it.
+# A line of the file by its columns; missing columns are empty. A row is given by its table and the
+# keys of this table.
 Line = dict[str, str]
 Row = Mapping[str, str]
 
 
 def lines(row: Row, numbers: Mapping[str, arb | Decimal], on_path: bool = False) -> Iterator[Line]:
-    """Write the numbers of a row: each lies between midpoint − radius and midpoint + radius.
+    """Yield a line for each number of a row, which lies between midpoint − radius and + radius.
 
-    `on_path` says whether it is proved, too, that the path from α = 0 leads there.
+    `on_path`: whether it is also proved that the path from α = 0 leads to this state.
     """
     for quantity, value in numbers.items():
         middle, radius = decimals(value) if isinstance(value, arb) else (value, Decimal(0))
@@ -44,7 +44,7 @@ def lines(row: Row, numbers: Mapping[str, arb | Decimal], on_path: bool = False)
 
 
 def unproved(row: Row, reason: object, on_path: bool = False) -> Line:
-    """Write why a row has no numbers; on the path, if it is proved that it has none."""
+    """Return a line with the reason why a row has no numbers; `on_path`: this is proved."""
     return {**row, "on_path": YES_NO[on_path], "note": str(reason)}
 
 
@@ -64,7 +64,7 @@ def rod_lines(
     Yields
     ------
     Line
-        Of the tables ``curves`` and ``stiction``.
+        Lines of the tables ``curves`` and ``stiction``.
     """
     curve = solve_curve(float(theta), float(eta))
     rod_keys = {"theta": spell(theta), "eta": spell(eta)}
@@ -101,7 +101,7 @@ def rod_lines(
 
 
 def _path(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | None) -> Path:
-    """Cover the path beyond the last onset and the maximum of −tan α; empty where that fails."""
+    """Cover the path up to past the maximum of −tan α; return an empty path if this fails."""
     try:
         return path_of(theta, eta, init, beyond)
     except NotProvedError:
@@ -109,7 +109,7 @@ def _path(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | Non
 
 
 def _critical(rod: Rod, curve: StickingCurve, path: Path, row: Row) -> Iterator[Line]:
-    """Prove the critical friction coefficient, where there is one."""
+    """Prove the critical friction coefficient, if it is finite."""
     if not np.isfinite(curve.mu_lock):
         return
     try:
@@ -122,7 +122,7 @@ def _critical(rod: Rod, curve: StickingCurve, path: Path, row: Row) -> Iterator[
 def _period(
     rod: Rod, curve: StickingCurve, init: Equilibrium, slip: Equilibrium, dx0: Decimal
 ) -> dict[str, arb | Decimal]:
-    """Return the numbers of a period; prove its last state of stiction on the step grid."""
+    """Return the numbers of a period; prove its last sticking state on the step grid."""
     x0_slip = init.offset - slip.offset
     n_steps = whole_steps(x0_slip, dx0)
     x0_max = exact(n_steps * dx0)
@@ -138,12 +138,12 @@ def _period(
 
 
 def whole_steps(x0_slip: arb, dx0: Decimal) -> int:
-    """Count the steps Δx0 that do not pass an onset of slip.
+    """Count the steps Δx0 up to an onset of slip.
 
     Raises
     ------
     NotProvedError
-        If the enclosure of the onset holds the end of a step: a tie.
+        If the enclosure of the onset contains the end of a step: a tie.
     """
     steps = (x0_slip / ball(dx0)).floor().unique_fmpz()
     if steps is None:
@@ -152,7 +152,7 @@ def whole_steps(x0_slip: arb, dx0: Decimal) -> int:
 
 
 def _seen(state: Equilibrium, name: str) -> dict[str, arb | Decimal]:
-    """Return what the tables show of a state, by their columns."""
+    """Return the quantities of a state, by their columns in the tables."""
     return {
         f"f_{name}": state.f,
         f"phi1_{name}": state.phi1,
@@ -184,11 +184,11 @@ def state_lines(
 def cycle_lines(
     row: Row, cycles: int, curve: Mapping[str, Line], period: Mapping[str, Line]
 ) -> Iterator[Line]:
-    """Decide the steps of a scan by the proved numbers of its rod and of its period.
+    """Derive the numbers of a scan's cycles from the proved numbers of its rod and its period.
 
     In each cycle the tip sticks up to the last step before the onset and slips one step later; the
-    contact point has then moved as far as the clamp. As −tan α rises, it is largest at the last
-    step.
+    contact point has then moved as far as the clamp. As −tan α rises while the tip sticks, it is
+    largest at the last sticking step.
     """
     if not ("x1_init" in curve and {"n_steps", "alpha_last"} <= period.keys()):
         return

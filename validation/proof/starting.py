@@ -1,7 +1,6 @@
-"""Where proofs start: from the solver's states, with a suitable effort.
+"""Starts of proofs: states of the solver, and a suitable effort.
 
-No proof depends on what the solver says: from a wrong start it fails, or proves the state that is
-there.
+No proof depends on the solver: from a wrong start, it fails, or proves the state that it finds.
 """
 
 from decimal import Decimal
@@ -30,20 +29,20 @@ def rod_of(theta: Decimal, eta: Decimal, effort: Effort) -> Rod:
 
 
 def load_at(curve: StickingCurve, x0: float) -> list[float]:
-    """Return the load that the solver has at a displacement."""
+    """Return the load of the solver's state at a displacement x0 (L)."""
     state = curve.state(x0)
     return [float(v) for v in (state.reaction_fx, state.reaction_fy, state.reaction_m)]
 
 
 def prove_at(rod: Rod, closing: Closing, curve: StickingCurve, x0: float) -> Equilibrium:
-    """Prove the state that the solver has at a displacement."""
+    """Prove the state near the solver's state at a displacement x0 (L)."""
     return prove(rod, closing, load_at(curve, x0))
 
 
 def path_of(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | None) -> Path:
     """Cover the path from a proved state α = 0 on; see `validation.proof.path.follow`.
 
-    Tubes are so wide that few digits are enough.
+    Tubes are so wide that few digits suffice.
     """
     effort = Effort(bits=64, order=12, steps=max(12, round(7 * float(theta) ** 0.75)))
     with effort.spent():

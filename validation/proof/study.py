@@ -1,7 +1,7 @@
 """Prove the numbers of a study.
 
-The enclosures stand beside the study's reference tables, and `make check` compares its tables with
-them. Exit status 1 if there is a row that could not be proved.
+The enclosures are written beside the study's reference tables, and `make check` compares the
+study's results with them. Exit status 1 if a row is not proved.
 """
 
 import argparse
@@ -34,12 +34,12 @@ AXES = ("eta", "theta", "mu0", "dx0")
 ROW = ("table", *AXES, "state", "scan", "cycle")
 COLUMNS = (*ROW, "quantity", "midpoint", "radius", "on_path", "note", "bits", "order", "steps")
 
-# A function that proves rows, its arguments, and a taper that says how much effort they take.
+# A function that proves rows, its arguments, and the taper, which determines the effort.
 Job = tuple[Any, tuple[Any, ...], Decimal]
 
 
 def jobs(study: Study) -> Iterator[Job]:
-    """List what is to be proved: the points of grids and scans, each once, and the states."""
+    """Yield the proofs of a study: the points of grids and scans, each once, and the states."""
     if study.contact is not Contact.POINT:
         raise ArgumentError(f"study {study.name}: only tip contact (contact: point) is proved")
     grids = [*study.grids.values(), *study.scans.values()]
@@ -54,12 +54,12 @@ def jobs(study: Study) -> Iterator[Job]:
 def points_of_rods(
     study: str, grids: Iterable[GridSection]
 ) -> dict[tuple[Decimal, Decimal], list[tuple[Decimal, Decimal]]]:
-    """List friction coefficients and steps of some grids, by taper and height, once each.
+    """Collect the pairs (μ0, Δx0) of some grids by (θ, η), each pair once.
 
     Raises
     ------
     ArgumentError
-        If a rod is mounted in another way than in the paper.
+        If a mounting is not ideal.
     """
     found = defaultdict(set)
     for grid in grids:
@@ -72,7 +72,7 @@ def points_of_rods(
 
 
 def proved(study: Study, processes: int | None) -> list[Line]:
-    """Prove the numbers of a study, and what follows from them for its scans."""
+    """Prove the numbers of a study, and derive the numbers of its scans."""
     wanted = list(jobs(study))
     with ProcessPoolExecutor(processes) as pool:
         results = track(pool.map(_prove, wanted), description="proved", total=len(wanted))
@@ -93,7 +93,7 @@ def _order(line: Line) -> tuple[object, ...]:
 
 
 def cycles(study: Study, found: Sequence[Line]) -> Iterator[Line]:
-    """Yield the steps of the scans, decided by the proved periods."""
+    """Yield the numbers of the scans' cycles, derived from the proved periods."""
     known: dict[tuple[str, ...], dict[str, Line]] = defaultdict(dict)
     for line in found:
         if line["on_path"] == "yes" and "quantity" in line:
@@ -113,7 +113,7 @@ def row_of(line: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def write(found: Iterable[Line], path: Path) -> None:
-    """Write the lines."""
+    """Write the file of enclosures."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with (
         write_atomically(path) as temporary,
@@ -125,7 +125,7 @@ def write(found: Iterable[Line], path: Path) -> None:
 
 
 def open_question(line: Line) -> bool:
-    """Whether a row is without a proof, or not proved to be on its path."""
+    """Whether a line has no proof, or no proof that its state is on the path."""
     return line["on_path"] == "no" and (line["table"] != "states" or "note" in line)
 
 
@@ -133,7 +133,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Prove a study's numbers and write them."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--configfile", type=Path, default=Path("config.yaml"))
-    parser.add_argument("--output", type=Path, help="instead of tests/regression/<study>/...")
+    parser.add_argument(
+        "--output", type=Path, help="default: tests/regression/<study>/enclosures.csv"
+    )
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at a time")
     options = parser.parse_args(arguments)
     try:

@@ -1,1 +1,1 @@
-"""Recordings of a bench with mistakes, and what is read from them."""
+"""Simulated recordings of a bench with set-up errors, and the friction identified from them."""

@@ -1,9 +1,9 @@
-"""A bench for a sensor that shares no code with the package: stage, surface, slips, transducer.
+"""Simulated test bench that shares no code with the package: stage, surface, slips, transducer.
 
-The stage moves in steps along x. The surface is a line, inclined by an angle that is positive
-where the surface comes nearer on the way. The tip sticks as long as |ft/fn| ≤ μ0, with the force
-along the surface and normal to it. The transducer's axes are those of the stage. All is in units of
-the rod, see `bench_rod`.
+The stage moves in steps along x. The surface is a line whose inclination is positive if the surface
+approaches the clamp along x. The tip sticks as long as |ft/fn| ≤ μ0, with the force ft along the
+surface and fn normal to it. The transducer's axes are those of the stage. Quantities have the units
+of `bench_rod`.
 """
 
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from validation.sensor.bench_rod import Rod, States
 
-# Steps of the stage in which the end of a period is sought at once.
+# Number of stage steps that are searched at once for the end of a period.
 AHEAD = 100
 
 
@@ -27,14 +27,14 @@ class Slip(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Friction:
-    """Static friction along the surface, a wave about a mean.
+    """Static friction coefficient along the surface: a wave about a mean.
 
     Attributes
     ----------
     mean, wave : float
         Mean, and amplitude of the wave.
     length, phase : float
-        Its length (L) and phase (rad).
+        Length (L) and phase (rad) of the wave.
     """
 
     mean: float = 0.3
@@ -43,13 +43,13 @@ class Friction:
     phase: float = 0.0
 
     def __call__(self, place):
-        """Friction at places along the surface."""
+        """Return the friction coefficient at places along the surface (L)."""
         return self.mean + self.wave * np.sin(2.0 * np.pi * place / self.length + self.phase)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """What is really there.
+    """The true set-up.
 
     Attributes
     ----------
@@ -59,24 +59,25 @@ class Bench:
     incline : float
         Inclination of the surface (rad).
     slope, slope_length, slope_phase : float
-        Amplitude (rad), length (L) and phase (rad) of a wave of the slope about that.
+        Amplitude (rad), length (L) and phase (rad) of a wave of the slope about this inclination.
     friction : Friction
     slip : Slip
     kinetic_ratio : float
     at_rest : bool
-        Whether the tip slips while the stage rests after a step, or on the way at the very onset.
+        Whether the tip slips while the stage rests after a step; otherwise it slips during the
+        step, at the exact onset.
     scale : float
-        Part by which the stage moves further than it reports.
+        Relative amount by which the stage moves further than it reports.
     encoder : float
-        Standard deviation of a position that it reports (L).
+        Standard deviation of reported positions (L).
     creep : float
-        Part by which the loads fall per decade of readings.
+        Relative fall of the loads per decade of the number of readings.
     transducer : ndarray, shape (3, 3)
-        By which it multiplies the loads.
+        Matrix by which the transducer multiplies the loads.
     zero, drift : ndarray, shape (3,)
-        Its zero at the first reading, and how much that changes up to the last, in a line.
+        Zero of the transducer at the first reading, and its linear change up to the last reading.
     walk : ndarray, shape (3,)
-        Standard deviation of a further change up to there, in a random walk.
+        Standard deviation of a random walk of the zero, at the last reading.
     """
 
     rod: Rod = field(default_factory=Rod)
@@ -99,38 +100,38 @@ class Bench:
 
 
 def stiffer(part):
-    """Transducer that shows loads larger by a part, as those of a rod of a larger E."""
+    """Return the transducer that scales loads by 1 + part, as a rod with a larger E does."""
     return (1.0 + part) * np.eye(3)
 
 
 def turned(angle):
-    """Transducer whose axes are turned from x to y."""
+    """Return the transducer whose axes are turned by an angle (rad) from x towards y."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
 def crosstalk(parts):
-    """Transducer whose channels show parts of one another, shape (3, 3) with a diagonal of 0."""
+    """Return the transducer with crosstalk: `parts` has shape (3, 3) and a zero diagonal."""
     return np.eye(3) + np.asarray(parts)
 
 
 def moved(x, y):
-    """Transducer that tells the moment about the point (x, y) of the clamp."""
+    """Return the transducer that measures the moment about (x, y), relative to the clamp (L)."""
     return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [y, -x, 1.0]])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scan:
-    """A scan in n readings, and what is true of it.
+    """A scan of n readings, with the true values.
 
     Attributes
     ----------
     stage : ndarray, shape (n,)
         Position that the stage reports (L).
     loads, readings : ndarray, shape (n, 3)
-        Load on the clamp, and what the transducer says.
+        Load on the clamp, and readings of the transducer.
     tip, mu0 : ndarray, shape (n,)
-        Place of the tip along the surface (L), and the friction there.
+        Position of the tip along the surface (L), and the friction coefficient at this position.
     period : ndarray of int, shape (n,)
         Number of the period of sticking.
     """
@@ -145,13 +146,13 @@ class Scan:
 
 @dataclass(frozen=True, kw_only=True)
 class _Surface:
-    """The line of the surface, and the forces on a tip there."""
+    """The surface, and the forces on a tip in contact with it."""
 
     bench: Bench
     states: States
 
     def height(self, x):
-        """Of the surface over the way of the stage."""
+        """Height of the surface above the path of the clamp, at x (L)."""
         incline = self.bench.incline
         wave = self.bench.slope * self.bench.slope_length / (2.0 * np.pi)
         line = (self.bench.eta - x * np.sin(incline)) / np.cos(incline)
@@ -161,20 +162,20 @@ class _Surface:
         return 2.0 * np.pi * x / self.bench.slope_length + self.bench.slope_phase
 
     def inclination(self, x):
-        """Inclination of the surface at places over the way of the stage (rad)."""
+        """Inclination of the surface at x (rad)."""
         return self.bench.incline + self.bench.slope * np.sin(self._phase(x))
 
     def place(self, x):
-        """Place along the surface of the point at x."""
+        """Position along the surface of its point at x (L)."""
         incline = self.bench.incline
         return x * np.cos(incline) - self.height(x) * np.sin(incline)
 
     def loads(self, stage, x):
-        """Load on the clamp by a tip at x."""
+        """Load on the clamp with the tip at x, shape (..., 3)."""
         return self.states(x - stage, self.height(x))
 
     def needed(self, stage, x):
-        """Friction that a tip at x needs to stick: ft/fn, positive where it is pushed."""
+        """Friction coefficient that a tip at x needs to stick, ft/fn; positive for a pushed tip."""
         fx, fy, _ = np.moveaxis(self.loads(stage, x), -1, 0)
         cosine, sine = np.cos(self.inclination(x)), np.sin(self.inclination(x))
         return (fx * cosine - fy * sine) / (fx * sine + fy * cosine)
@@ -183,16 +184,16 @@ class _Surface:
         return self.bench.friction(self.place(x))
 
     def onset(self, before, after, x):
-        """Position of the stage between two at which a tip at x slips."""
+        """Position of the stage, between two positions, at which a tip at x begins to slip."""
         return brentq(
             lambda stage: abs(self.needed(stage, x)) - self.mu0(x), before, after, xtol=1e-14
         )
 
     def rest(self, stage, x):
-        """Where a tip that slips from x with the stage at rest comes to rest."""
+        """Position at which a tip that slips from x comes to rest, with the stage at rest."""
         part = self.bench.kinetic_ratio if self.bench.slip is Slip.KINETIC else 0.0
         side = np.sign(self.needed(stage, x))
-        # Beyond where no friction is needed it would be needed the other way.
+        # Beyond the position that needs no friction, the required friction changes its sign.
         free = _neutral(self, stage)
         return (
             brentq(
@@ -207,21 +208,21 @@ class _Surface:
 
 
 def _neutral(surface, stage):
-    """Tip that needs no friction."""
+    """Position of a tip that needs no friction."""
     low, high = stage + surface.states.low[0] + 1e-9, stage + surface.states.high[0] - 1e-9
     return brentq(lambda x: surface.needed(stage, x), low, high, xtol=1e-14)
 
 
 def scan(bench, step, turns, noise, seed):
-    """Simulate a scan that begins with a tip that needs no friction.
+    """Simulate a scan that begins without a friction force on the tip.
 
     Parameters
     ----------
     bench : Bench
     step : float
-        That the stage reports (L).
+        Step that the stage reports (L).
     turns : sequence of float
-        Positions to which the stage goes, one after the other, from 0 (L).
+        Turning points of the stage (L), which begins at 0.
     noise : array_like, shape (3,)
         Standard deviation of one reading of each channel.
     seed : int
@@ -256,7 +257,7 @@ def scan(bench, step, turns, noise, seed):
 
 
 def _positions(step, turns):
-    """Positions of a stage that goes from turn to turn in steps."""
+    """Positions of a stage that moves in steps from one turning point to the next."""
     parts, last = [np.zeros(1)], 0.0
     for turn in turns:
         count = round(abs(turn - last) / step)
@@ -266,7 +267,7 @@ def _positions(step, turns):
 
 
 def _stuck(surface, stage):
-    """Tip and number of the period at each position of the stage."""
+    """Position of the tip, and number of the period, at each position of the stage."""
     tip, period = np.empty(len(stage)), np.empty(len(stage), dtype=int)
     x, number, row = _neutral(surface, stage[0]), 1, 0
     while row < len(stage):
@@ -284,7 +285,7 @@ def _stuck(surface, stage):
 
 
 def _needed_within(surface, stage, x):
-    """Friction that is needed, infinite past the states that are tabulated."""
+    """Friction coefficient needed to stick; infinite outside the tabulated states."""
     low, high = surface.states.low[0], surface.states.high[0]
     inside = (x - stage > low) & (x - stage < high)
     needed = np.full(len(stage), np.inf)

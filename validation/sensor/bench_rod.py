@@ -1,9 +1,10 @@
 """States of a tapered rod by shooting, for a bench that shares no code with the package.
 
-Everything is seen from the stage: x along its way, y normal to it, the clamp at the origin. The
-tip is held at (dx, dy) by a force (fx, fy). The rod is integrated from its free end, where the
-moment is zero, to the clamp, together with its derivatives by slope and force at the tip; Newton's
-steps meet the clamp. Lengths are in units of L, forces in E·I0/L², moments in E·I0/L.
+Axes are those of the stage: x along its motion, y normal to it, the clamp at the origin. The tip is
+held at (dx, dy) by a force (fx, fy). The rod is integrated from its tip, where the moment is zero,
+to the clamp, together with its derivatives with respect to slope and force at the tip. Newton's
+method then fulfils the conditions at the clamp. Lengths are in units of L, forces in E·I0/L²,
+moments in E·I0/L.
 """
 
 from dataclasses import dataclass
@@ -15,16 +16,16 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 RTOL, ATOL = 1e-12, 1e-14
-# Newton's steps end below the first; a state is taken only below the second.
+# Newton's method ends at residuals below the first; a state is accepted below the second.
 CONVERGED, SOLVED = 1e-13, 1e-11
 NEWTON_STEPS = 25
-# Slope at the tip, fx and fy of the rod with θ = 2 at dy = 0.85 under a force normal to the stage,
-# from which every other rod is reached.
+# State from which all others are reached by continuation: θ = 2, dy = 0.85, force normal to the
+# stage; its slope at the tip, fx and fy.
 IDEAL_THETA, IDEAL_HEIGHT, IDEAL_STATE = 2.0, 0.85, (0.55, 0.0, -1.16)
-# Tables: the ratios fx/fy between which states are known, and the nodes along dx and dy.
+# Tables: range of the ratio fx/fy that they cover, and numbers of nodes along dx and dy.
 RATIOS = np.linspace(-0.36, 0.41, 16)
 NODES, LEVELS = 32, 7
-# Steps in which a rod is reached from the one that is known.
+# Number of continuation steps from the known rod to another one.
 PARTS = 3
 
 
@@ -37,11 +38,11 @@ class Rod:
     theta : float
         Base over tip diameter.
     clamp_angle : float
-        By which the unloaded clamp leans back, against the motion of the stage (rad).
+        Angle by which the unloaded clamp leans back, against the motion of the stage (rad).
     compliance : float
-        Turn of the clamp per moment (L/(E·I0)).
+        Rotation of the clamp per moment (L/(E·I0)).
     curvature : float
-        Of the unloaded rod (1/L); negative where it turns towards +x.
+        Curvature of the unloaded rod (1/L); negative if it bends towards +x.
     """
 
     theta: float = IDEAL_THETA
@@ -51,13 +52,13 @@ class Rod:
 
 
 def shot(rod, slope, fx, fy):
-    """Shoot n rods from tip to clamp.
+    """Integrate n states of a rod from tip to clamp.
 
     Returns
     -------
     ndarray, shape (4, 4, n)
-        dx, dy, misfit of the clamp's slope, and moment at the clamp; each with its derivatives by
-        slope at the tip, fx and fy.
+        First axis: dx, dy, error of the slope at the clamp, moment at the clamp. Second axis: the
+        value, and its derivatives with respect to slope at the tip, fx and fy.
     """
     n = len(slope)
     start = np.zeros((4, 4, n))
@@ -122,7 +123,7 @@ def solve(rod, dy, guess, *, dx=None, ratio=None):
 
 @dataclass(frozen=True, kw_only=True)
 class States:
-    """Load on the clamp as a polynomial of the place of the tip.
+    """Load on the clamp as a polynomial of the tip's position.
 
     Attributes
     ----------
@@ -138,7 +139,7 @@ class States:
 
     @classmethod
     def tabulated(cls, rod, lowest, highest):
-        """Tabulate all states between two heights, for all `RATIOS`."""
+        """Tabulate the states between two heights, with fx/fy in the range of `RATIOS`."""
         heights = np.array([0.5 * (lowest + highest)])
         if highest > lowest:
             heights = heights + 0.5 * (highest - lowest) * chebyshev.chebpts1(LEVELS)
@@ -159,10 +160,10 @@ class States:
         )
 
     def __call__(self, dx, dy):
-        """Give the loads fx, fy, m of tips, shape (..., 3)."""
+        """Return the loads fx, fy, m for tips at (dx, dy), shape (..., 3)."""
         dx, dy = np.broadcast_arrays(np.asarray(dx, dtype=float), np.asarray(dy, dtype=float))
         if (dx < self.low[0]).any() or (dx > self.high[0]).any():
-            raise ValueError("the tip is where no state is tabulated")
+            raise ValueError("the tip is outside the tabulated states")
         x, y = (
             (2.0 * place - low - high) / max(high - low, 1e-300)
             for place, low, high in zip((dx, dy), self.low, self.high, strict=True)
@@ -179,7 +180,7 @@ def _coefficients(nodes, values):
 
 @cache
 def _known():
-    """States of the rod from which every other is reached, at the ratios `RATIOS`."""
+    """States of the known rod at the ratios `RATIOS`, shape (3, ratios)."""
     state, states = np.array(IDEAL_STATE)[:, None], []
     for ratio in RATIOS:
         state = solve(Rod(), IDEAL_HEIGHT, state[:3], ratio=ratio)
@@ -188,7 +189,7 @@ def _known():
 
 
 def _reached(rod, heights):
-    """States at the ratios `RATIOS` and some heights, shape (5, ratios, heights)."""
+    """Return states at the ratios `RATIOS` and some heights, shape (5, ratios, heights)."""
     levels = len(heights)
     state, ratios = np.repeat(_known(), levels, axis=1), np.repeat(RATIOS, levels)
     for part in np.linspace(0.0, 1.0, PARTS + 1)[1:]:

@@ -1,10 +1,11 @@
-"""What each tolerance costs in μ0, by the model, before and after the adjustment to a recording.
+"""Effect of each tolerance on the uncertainty of μ0, before and after adjustment to a recording.
 
 A steel rod of 1 mm x 100 mm, θ = 2 at 85 mm, scans 60 mm of a surface of friction 0.30 in steps of
 20 µm; the noise is 3 mN and 10 µN·m. With the default tolerances,
 
-- before: the error of μ0 by an error of one standard deviation, if nothing is adjusted;
-- after: by how much the variance that all periods share would fall if this were known exactly.
+- before: the error of μ0 for an error of one standard deviation, without adjustment;
+- after: the square root of the amount by which the variance that all periods share would fall if
+  the parameter were known exactly.
 """
 
 import argparse
@@ -20,18 +21,18 @@ from vibrissa.wording import markdown_table
 NOISE = "3 mN, 3 mN, 10 uN*m"
 STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
 WHISKER = Whisker.read(2, "85 mm", noise=NOISE, **STEEL)
-# Costs below this do not count.
+# Smaller effects are shown as a dash.
 LEAST = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """What a tolerance costs in μ0.
+    """Effect of a tolerance on μ0.
 
     Attributes
     ----------
     before, after : float
-        Standard deviations of μ0 by it, see above.
+        Standard deviations of μ0, as the module's docstring defines them.
     """
 
     before: float
@@ -39,7 +40,7 @@ class Cost:
 
 
 def recording():
-    """Simulate readings without noise: what is known of them is counted as if they had it."""
+    """Simulate readings without noise, which are evaluated as if they had noise."""
     signals = scan(
         WHISKER,
         surfaces.constant(0.3),
@@ -53,7 +54,7 @@ def recording():
 
 
 def costs(readings, stated=None):
-    """Cost of each tolerance by the model, and of all together; some may be stated."""
+    """Return the effect of each tolerance, and of all together; `stated` replaces defaults."""
     found = identify(
         WHISKER,
         readings,
@@ -79,18 +80,18 @@ def costs(readings, stated=None):
 
 
 def _assumed():
-    """Tolerances of what nothing is stated about."""
+    """Return the default tolerances."""
     units = WHISKER.units
     return assumed_tolerances(units, units.read_channels(NOISE, "noise"))
 
 
 def _usual(variances):
-    """Give the standard deviation of the usual period."""
+    """Return the standard deviation for the median of the variances of the periods."""
     return float(np.sqrt(np.median(variances)))
 
 
 def rows(each, total):
-    """Rows of the table."""
+    """Yield the rows of the table."""
     assumed = _assumed()
     for name in TOLERABLE:
         size, unit = told(name, assumed[name], WHISKER.units)
@@ -103,7 +104,7 @@ def _spelled(cost):
 
 
 def main():
-    """Compute the costs, and print or write them."""
+    """Compute the effects, and print them; with --record, also write them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--record", action="store_true", help="write the record")
     arguments = parser.parse_args()

@@ -2,10 +2,11 @@
 
 A steel rod of 1 mm x 100 mm, θ = 2 at 85 mm, moves 20 mm in steps of 20 µm over a surface of
 friction 0.30 ± 0.02. Slips are kinetic with κ = 0.8; the noise is 3 mN and 10 µN·m. The bench
-(`bench`, `bench_rod`) shares no code with the package. Each line is a set-up error (`mistakes`),
-identified by each method with the default tolerances, with the size of the error as its tolerance
-("right"), and with a tenth of that ("small"). Covered: part of the 95 % intervals that hold the
-true friction. Silently wrong: the mean is off by more than half its interval, without a doubt.
+(`bench`, `bench_rod`) shares no code with the package. Each line is a set-up error (`mistakes`).
+Each method identifies the friction with the default tolerances, with the size of the error as its
+tolerance ("right"), and with a tenth of this size ("small"). Covered: share of the 95 % intervals
+that contain the true friction. Silently wrong: the mean error exceeds half the width of the
+interval, and the recording is not doubted.
 """
 
 import argparse
@@ -41,9 +42,9 @@ NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS
 STEP, WAY = 2e-4, 0.2
 DEGREE = np.pi / 180.0
 METHODS = tuple(Method)
-# A recording is doubted if at least this part of its frictions is.
+# A recording is doubted if at least this share of its friction values is doubted.
 DOUBTED = 0.5
-# First seed of the table: none of those with which anything was chosen.
+# First seed of the table: it has no seed that was used to choose a setting.
 FIRST = 1000
 
 
@@ -53,12 +54,12 @@ class Said(StrEnum):
     Attributes
     ----------
     NOTHING
-        The default tolerances. The error has its size, in turn with both signs.
+        The default tolerances. The error has a fixed size, with alternating sign.
     ENOUGH
-        Its size is the tolerance, one standard deviation, and it is drawn from that; all else is
-        exact, and so is everything where nothing has a tolerance.
+        The size of the error is its tolerance, one standard deviation, and the error is drawn from
+        this distribution. Everything else is stated to be exact.
     LITTLE
-        A tenth of its size is the tolerance; all else is exact.
+        A tenth of the error's fixed size is its tolerance. Everything else is stated to be exact.
     """
 
     NOTHING = "default"
@@ -68,25 +69,25 @@ class Said(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """A mistake of the table.
+    """A set-up error of the table.
 
     Attributes
     ----------
     title : str
     sizes : mapping of str to float
-        Size of each of `MISTAKES`, all of which are made.
+        Sizes of errors by their names in `MISTAKES`; all of them occur together.
     surface : float
-        Inclination of the surface (rad), of which clamp, stage and transducer know nothing.
+        Inclination of the surface against clamp, stage and transducer (rad).
     on_the_way : bool
         Whether the tip slips while the stage moves, and not while it rests.
     all_at_once : bool
-        Whether everything is drawn from the tolerances that are assumed.
+        Whether all errors occur, drawn from the default tolerances.
     forces_alone : bool
         Whether the moment is not recorded.
     encoder : float
-        Standard deviation of the positions that are recorded (L), about which nothing is said.
+        Standard deviation of the recorded positions (L), which the laboratory does not state.
     without_rod : bool
-        Whether the laboratory gives no rod.
+        Whether the laboratory does not state the rod.
     """
 
     title: str
@@ -100,21 +101,21 @@ class Row:
 
     @property
     def tolerances(self):
-        """Standard deviations of which the mistake is one."""
+        """Standard deviations, by tolerance, that equal the size of the error."""
         angles = dict.fromkeys(("clamp_angle", "stage_angle", "transducer_angle"), self.surface)
         return {**self.sizes, **(angles if self.surface else {})}
 
     @property
     def ways(self):
-        """What may be said of it."""
+        """Tolerances with which the table shows this error."""
         if self.all_at_once:
             return [Said.NOTHING]
-        # Without a rod nothing tells of a zero that is stated wrong.
+        # Without a rod, a wrong tolerance of a zero cannot be noticed.
         some = [Said.NOTHING, Said.ENOUGH]
         return list(Said) if self.tolerances and not self.without_rod else some
 
     def contained(self, said):
-        """Tell whether what is said allows for what is off."""
+        """Return whether the tolerances allow for the error."""
         if said is Said.LITTLE:
             return False
         return said is Said.ENOUGH or self.all_at_once or not self.tolerances
@@ -168,22 +169,22 @@ ROWS = (
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """How one recording was read.
+    """Result of one recording.
 
     Attributes
     ----------
     read : bool
-        Whether there is any friction: otherwise the recording was refused.
+        Whether friction was identified; if not, the recording was refused.
     doubted : bool
-        Whether at least half of the frictions are in doubt.
+        Whether at least half of the friction values are doubted.
     bias, half : float
         Mean error of μ0, and mean of half the width of the 95 % interval.
     covered : float
-        Part of the intervals that hold the true friction.
+        Share of the intervals that contain the true friction.
     shared : float
-        Part of the stated variance that all periods share.
+        Share of the stated variance that is common to all periods.
     periods : int
-        How many frictions there are.
+        Number of friction values.
     """
 
     read: bool
@@ -196,17 +197,17 @@ class Score:
 
     @property
     def accepted(self):
-        """Whether it was read and is not in doubt."""
+        """Whether friction was identified and is not doubted."""
         return self.read and not self.doubted
 
     @property
     def silent(self):
-        """Whether it is wrong and nothing says so."""
+        """Whether the friction is wrong and not doubted."""
         return self.accepted and abs(self.bias) > self.half
 
 
 def recorded(row, said, seed):
-    """Simulate a recording: what a laboratory has, and the scan that it is of."""
+    """Simulate a recording; return the laboratory's table, and the scan with its true values."""
     generator = np.random.default_rng([seed, 2])
     bench = replace(bench_of(seed), at_rest=not row.on_the_way, encoder=row.encoder)
     sign = sign_of(seed)
@@ -231,18 +232,18 @@ def recorded(row, said, seed):
 
 
 def sign_of(seed):
-    """Sign of a mistake of a fixed size: both in turn."""
+    """Return the sign of an error of fixed size, which alternates with the seed."""
     return 1.0 if seed % 2 else -1.0
 
 
 def believed():
-    """Make the whisker that the laboratory believes in."""
+    """Return the whisker as the laboratory states it."""
     sizes = {"modulus": f"{MODULUS} Pa", "diameter": f"{DIAMETER} m", "length": f"{LENGTH} m"}
     return Whisker.read(THETA, "85 mm", **sizes)
 
 
 def read(frame, row, said, method):
-    """Read a recording as a laboratory does."""
+    """Identify the friction as a laboratory does, with its stated tolerances."""
     part = {Said.NOTHING: 0.0, Said.LITTLE: 0.1}.get(said, 1.0)
     stated = {}
     for name, size in row.tolerances.items():
@@ -264,7 +265,7 @@ def read(frame, row, said, method):
 
 
 def scored(frame, truth, row, said, method):
-    """Read a recording and compare it with what is true."""
+    """Identify the friction of a recording and compare it with the truth."""
     try:
         periods = read(frame, row, said, method).periods
     except VibrissaError:
@@ -287,7 +288,7 @@ def scored(frame, truth, row, said, method):
 
 
 def of_entry(entry, methods):
-    """Scores of one recording by each method; an entry is a row, what is said of it, and a seed."""
+    """Score one recording by each method; an entry is (row number, tolerances, seed)."""
     number, said, seed = entry
     row = ROWS[number]
     frame, truth = recorded(row, said, seed)
@@ -296,7 +297,7 @@ def of_entry(entry, methods):
 
 
 def written(path, scores):
-    """Write all scores as a table."""
+    """Write all scores as a CSV table."""
     rows = [
         {"row": ROWS[number].title, "said": said, "seed": seed, "method": method, **asdict(score)}
         for (number, said, seed), by_method in scores.items()
@@ -306,7 +307,7 @@ def written(path, scores):
 
 
 def main():
-    """Read all recordings, then write the table; status 1 if a row fails."""
+    """Score all recordings and print the table; exit status 1 if a line fails."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20, help="recordings for each entry")
     parser.add_argument("--first", type=int, default=FIRST, help="the first of their seeds")

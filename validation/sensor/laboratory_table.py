@@ -1,11 +1,11 @@
 """Judge the friction identified from the recordings of `laboratory`, and make a table of it.
 
-Where the tolerances allow for the set-up error, coverage is judged: 93 to 99 % of all stated
-intervals are to hold the truth. Its standard error is that over the n recordings. With the part r
-of the variance that all p periods of a recording share it is at least √(0.95·0.05·(r + (1 −
-r)/p)/n): what they share makes all their intervals hold the truth together, or none. Otherwise
-silence is judged: at most one recording in twenty may be read without a doubt and with a mean error
-beyond half its stated interval.
+If the tolerances allow for the set-up error, an entry fails if significantly fewer than 93 % of the
+intervals contain the truth, or if too many recordings are doubted or refused; significantly more
+than 99 % are marked. The standard error of this coverage is that over the n recordings, and at
+least √(0.95·0.05·(r + (1 − r)/p)/n): an error that is common to all p periods of a recording, with
+a share r of their variance, makes all their intervals contain the truth, or none. If the tolerances
+do not allow for the error, the entry fails if more than one recording in twenty is silently wrong.
 """
 
 from dataclasses import dataclass
@@ -15,28 +15,28 @@ from scipy.stats import binom
 
 from validation.sensor.laboratory import ROWS, Said, sign_of
 
-# Coverage that is stated, and between what it is to be.
+# Stated coverage, and bounds of the observed coverage.
 STATED, LOW, HIGH = 0.95, 0.93, 0.99
-# So many standard errors are allowed.
+# Deviation from these bounds that is allowed, in standard errors.
 ERRORS = 2.0
-# Part of the recordings that may be silently wrong; with the right tolerances, be in doubt.
+# Share of recordings that may be silently wrong or, with the right tolerances, not accepted.
 SILENT = 0.05
-# A number of false alarms of a lower probability is too many.
+# There are too many false alarms if their number has a lower probability than this.
 UNLIKELY = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """How the recordings of one entry were read by one method.
+    """Verdict on the recordings of one entry by one method.
 
     Attributes
     ----------
     covered, error : float
-        Part of the intervals that hold the truth, and its standard error; NaN where none is read.
+        Share of intervals that contain the truth, and its standard error; NaN without intervals.
     fails : tuple of str
-        What is not as it should be.
+        Reasons why the entry fails.
     conservative : bool
-        Whether the intervals hold the truth more often than they say.
+        Whether the intervals contain the truth more often than stated.
     """
 
     covered: float
@@ -46,7 +46,7 @@ class Judged:
 
 
 def judged(row, said, scores):
-    """Judge the scores of one entry, one for each seed."""
+    """Judge one entry by its scores, one for each seed."""
     covered, error = _coverage(scores)
     if not row.contained(said):
         silent = sum(one.silent for one in scores)
@@ -61,7 +61,7 @@ def judged(row, said, scores):
 
 
 def _coverage(scores):
-    """Coverage and its standard error over recordings."""
+    """Return the coverage, and its standard error over recordings."""
     some = [one for one in scores if one.read]
     if not some:
         return np.nan, np.nan
@@ -72,7 +72,7 @@ def _coverage(scores):
 
 
 def by_line(scores):
-    """Scores in the order of their seeds, by row and method and then by what was said."""
+    """Group scores by (row, method), then by tolerances, then by seed in increasing order."""
     found = {}
     for (number, said, seed), of_methods in sorted(scores.items(), key=lambda one: one[0][2]):
         for method, one in of_methods.items():
@@ -82,7 +82,7 @@ def by_line(scores):
 
 
 def passes(scores):
-    """Tell whether no line fails."""
+    """Return whether no line fails."""
     return all(_verdict(*line, ways) == PASS for line, ways in by_line(scores).items())
 
 
@@ -90,7 +90,7 @@ PASS = "pass"
 
 
 def _verdict(number, method, ways):
-    """Say what fails in a line of the table."""
+    """Format the verdict on a line of the table."""
     found = [
         f"{said}: {why}"
         for said, scores in sorted(ways.items(), key=lambda item: list(Said).index(item[0]))
@@ -108,12 +108,12 @@ HEADER = (
 
 
 def table(scores):
-    """Lines of the page: a line for each row and method, and what they show together.
+    """Yield the text of the record: a table line for each row and method, then a summary.
 
     Parameters
     ----------
     scores : mapping
-        From (row, what is said, seed) to a `Score` for each method.
+        From (row number, tolerances, seed) to a mapping from method to `Score`.
     """
     lines = by_line(scores)
     seeds = sorted({seed for _, _, seed in scores})
@@ -130,7 +130,7 @@ def table(scores):
 
 
 def _shown(number, method, ways):
-    """One line of the table in Markdown."""
+    """Format a line of the table in Markdown."""
     cells = [ROWS[number].title, str(method)]
     for said in (Said.NOTHING, Said.ENOUGH):
         if said not in ways:
@@ -150,7 +150,7 @@ def _shown(number, method, ways):
 
 
 def _biased(row, scores, said):
-    """Bias in the direction of the mistake, where that has one, and half of the 95 %."""
+    """Format the mean bias, signed by the error's direction, and half the 95 % interval."""
     some = {seed: one for seed, one in scores.items() if one.read}
     if not some:
         return "–", "–"
@@ -161,7 +161,7 @@ def _biased(row, scores, said):
 
 
 def _noticed(scores):
-    """How many are refused, doubted and silently wrong."""
+    """Format the numbers of refused, doubted and silently wrong recordings."""
     refused = sum(not one.read for one in scores)
     doubted = sum(one.read and one.doubted for one in scores)
     silent = sum(one.silent for one in scores)
@@ -171,7 +171,7 @@ def _noticed(scores):
 
 
 def _pooled(lines, method):
-    """Say what all rows show of one method, with the standard error over recordings."""
+    """Summarise all rows of one method, with the standard error over recordings."""
     scores = {said: [] for said in Said}
     for (number, own), ways in lines.items():
         for said, of_seeds in ways.items():

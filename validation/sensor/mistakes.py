@@ -1,8 +1,8 @@
-"""What may be other on a bench than a laboratory believes.
+"""Set-up errors of a bench.
 
-A laboratory believes in one set-up: the rod, its height, an upright and rigid clamp, a level
-surface, a transducer whose axes are those of the stage. What is really there differs by one
-mistake, or by all at once. Sizes are in units of the rod, in rad, or parts of a value.
+A laboratory states a set-up: the rod, its height, an upright and rigid clamp, a level surface, a
+transducer whose axes are those of the stage. The true set-up differs by one error, or by all at
+once. Sizes are in units of the rod, in rad, or relative to a value.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,26 +13,26 @@ import numpy as np
 
 from validation.sensor.bench import Bench, Friction, crosstalk, moved, stiffer, turned
 
-# The rod: E (Pa), diameter and length (m), taper; and what its loads are in units of.
+# The rod: E (Pa), diameter and length (m), taper; units of its loads (N, N, N·m).
 MODULUS, DIAMETER, LENGTH, THETA = 2.1e11, 1e-3, 0.1, 2.0
 _STIFFNESS = MODULUS * np.pi * DIAMETER**4 / 64.0
 UNITS = np.array([_STIFFNESS / LENGTH**2, _STIFFNESS / LENGTH**2, _STIFFNESS / LENGTH])
-# Largest loads of a scan, of which crosstalk is a part.
+# Largest loads of a scan, to which crosstalk is relative.
 FULL_SCALE = np.array([0.6, 1.9, 0.48])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mistake:
-    """Something that is larger than a laboratory believes.
+    """A set-up error.
 
     Attributes
     ----------
     made : callable
-        Maps a bench and the sizes of the parts of the mistake to the bench that has it.
+        Maps a bench and the sizes of the error's parts to the bench with the error.
     parts : int
-        Of how many independent parts it is.
+        Number of independent parts of the error.
     positive : bool
-        Whether it cannot be negative.
+        Whether the error cannot be negative.
     """
 
     made: Callable[[Bench, np.ndarray], Bench]
@@ -40,11 +40,11 @@ class Mistake:
     positive: bool = False
 
     def fixed(self, bench, size):
-        """Make a mistake of one size."""
+        """Return the bench with an error of a given size."""
         return self.made(bench, np.full(self.parts, abs(size) if self.positive else size))
 
     def drawn(self, bench, deviation, generator):
-        """Make a mistake of a size that is drawn from a normal distribution."""
+        """Return the bench with an error whose size is drawn from a normal distribution."""
         sizes = generator.normal(0.0, deviation, self.parts)
         return self.made(bench, np.abs(sizes) if self.positive else sizes)
 
@@ -65,7 +65,7 @@ def _of_bench(name):
 
 
 def _of_loads(matrix):
-    """Make a mistake by which what the transducer says is multiplied by a matrix."""
+    """Return the error that multiplies the transducer's readings by a matrix."""
 
     def made(bench, sizes):
         return replace(bench, transducer=matrix(*sizes.tolist()) @ bench.transducer)
@@ -95,13 +95,13 @@ def _oblique(bench, sizes):
 
 
 def _wavy(bench, sizes):
-    """Make the slope of the surface a wave of this root mean square, alike over some 5 mm."""
+    """Make the surface's slope a wave with this root mean square, nearly constant over 5 mm."""
     (size,) = sizes.tolist()
     return replace(bench, slope=np.sqrt(2.0) * size, slope_phase=bench.friction.phase + 1.0)
 
 
 def _longer(bench, sizes):
-    """Make the rod longer: the bench is in its units, what is read in those of the believed one."""
+    """Make the rod longer: the bench is in units of the true rod, readings in those stated."""
     ratio = 1.0 + float(sizes[0])
     return replace(
         bench,
@@ -120,7 +120,7 @@ def _mixed(*sizes):
     return crosstalk(parts)
 
 
-# Under the names of the tolerances that are about them.
+# Errors by the names of their tolerances.
 MISTAKES = {
     "theta": Mistake(made=_of_rod("theta")),
     "eta": Mistake(made=_of_bench("eta")),
@@ -145,19 +145,19 @@ MISTAKES = {
     "stage_scale": Mistake(made=_of_bench("scale")),
     "creep": Mistake(made=_of_bench("creep")),
 }
-# One thing that a laboratory has wrong, and that is several of these.
+# A single cause that amounts to several of these errors.
 SURFACE = Mistake(made=_inclined)
 
 
 def bench_of(seed):
-    """Bench without a mistake, on a surface whose friction varies gently about 0.30."""
+    """Return a bench without errors, on a surface whose friction varies slowly about 0.30."""
     phase = np.random.default_rng([seed, 1]).uniform(0.0, 2.0 * np.pi)
     return Bench(friction=Friction(mean=0.3, wave=0.02, length=0.3, phase=phase))
 
 
 def everything(bench, deviations: Mapping[str, float], generator):
-    """Make every mistake at once, each drawn with its deviation."""
-    # What is a change of units comes last, as it takes all that is there with it.
+    """Return the bench with all errors at once, each drawn with its standard deviation."""
+    # The length comes last: it changes the units, and thereby rescales all other values.
     for name in sorted(deviations, key=lambda name: name == "length"):
         bench = MISTAKES[name].drawn(bench, deviations[name], generator)
     return bench

@@ -1,4 +1,4 @@
-# What all rules share: the study, its folder, and the version of the program.
+# Shared by all rules: the study, its folder, and the version of the program.
 import os
 import shlex
 import sys
@@ -18,20 +18,20 @@ except ImportError as error:
         f"in its folder, or install it for {sys.executable}: pip install 'vibrissa[workflow]'"
     ) from None
 
-# Snakemake writes the path of its Python into shell commands as it stands: quoted, jobs start in a
-# folder with a space in its name, too. A quoted path names no file.
+# Snakemake inserts the path of its Python into shell commands without quotes. Quoted here, jobs also
+# start if the path has a space. A path that is already quoted names no file, and stays as it is.
 if Path(sys.executable).is_file():
     sys.executable = shlex.quote(sys.executable)
 
-# With --sdm conda the environment of a job finds the package by it (envs/vibrissa.post-deploy.sh).
+# With --sdm conda, envs/vibrissa.post-deploy.sh adds this folder to the environment of the jobs.
 os.environ.update(VIBRISSA_PACKAGES=str(places.PACKAGE.parent))
 
 
-# For --sdm apptainer; docs/study.md says how the image is made.
+# For --sdm apptainer; docs/study.md describes how to make the image.
 container: "vibrissa.sif"
 
 
-if not workflow.configfiles:  # with another one this directive would merge the two
+if not workflow.configfiles:  # with a file given, this directive would merge both
 
     configfile: str(places.PAPER)
 
@@ -40,15 +40,15 @@ STUDY_FILE = places.near(Path(workflow.configfiles[-1]))
 try:
     if name_in(STUDY_FILE):
         STUDY = read_study(STUDY_FILE, workflow.config_settings.config)
-    else:  # of a workflow that has this one as a module, and its study as a part of its own
+    else:  # included as a module: the other workflow's config is the study
         STUDY = read_study(None, config)
     RESULTS = f"results/{STUDY.name}"
     ownership.check(Path(RESULTS), STUDY_FILE)
 except StudyError as error:
     sys.exit("\n".join(error.mistakes))
 
-# How the points are solved, and with which program: both stand in the `params` of a rule, so that
-# Snakemake makes its output anew when they change.
+# Settings of the solver, and digests of the code. They are `params` of rules: when they change,
+# Snakemake runs these rules again.
 SOLVER = {
     "contact": STUDY.contact.value,
     "section": STUDY.section.value,

@@ -1,8 +1,8 @@
-# From the tables to what people read: figures, verdicts, summary and report.
+# From the tables to figures, verdicts, summary and report.
 TABLES = {name: f"{RESULTS}/tables/{name}.parquet" for name in STUDY.tables}
 COMPUTED = {name: path for name, path in TABLES.items() if name != "claims"}
 STUDY_PARTS = {name: STUDY.part(name) for name in STUDY.tables}
-# How each figure is drawn, with its caption.
+# Inputs of each figure, with its caption.
 FIGURES = STUDY.figure_params
 
 
@@ -107,6 +107,6 @@ rule report:
         study_parts=STUDY_PARTS,
         code=ALL_CODE,
     message:
-        "putting everything on one page"
+        "writing the report"
     script:
         "../scripts/report.py"

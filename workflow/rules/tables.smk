@@ -45,7 +45,7 @@ rule stiction:
         study_part=STUDY.part("stiction"),
         code=SOLVING_CODE,
     message:
-        "putting the chunks into one table"
+        "joining the chunks into one table"
     script:
         "../scripts/stiction.py"
 

@@ -1,4 +1,4 @@
-"""Draw all figures from the tables, and write down what each shows."""
+"""Draw all figures from the tables, and write their captions."""
 
 from pathlib import Path
 

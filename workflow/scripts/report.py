@@ -1,4 +1,4 @@
-"""Put what the study found on one web page."""
+"""Write the report of the study, one web page."""
 
 from pathlib import Path
 

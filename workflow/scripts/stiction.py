@@ -1,4 +1,4 @@
-"""Put the chunks of all grids into one table, and check that each is that of the study file."""
+"""Join the chunks of all grids into one table; refuse chunks of another study file."""
 
 from vibrissa.pipeline import jobs
 from vibrissa.tables import query, schemas, store

@@ -1,4 +1,4 @@
-"""Count rows by their status, and verdicts; with strict, fail where rows failed."""
+"""Count rows by status, and statements by verdict; with `strict`, fail if a row failed."""
 
 from pathlib import Path
 

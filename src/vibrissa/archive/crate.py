@@ -1,6 +1,6 @@
 """A study as one file for a repository of research data: results and code, as an RO-Crate.
 
-An unpacked archive can make its results again, anywhere: workflow/verify.py does it.
+workflow/verify.py makes the results of an unpacked archive again.
 """
 
 import shutil
@@ -17,7 +17,7 @@ from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.provenance import COMMIT_FILE
 
-# What runs a study, and what explains it, relative to the project.
+# Files and folders that run a study or explain it, relative to the project.
 CODE = (
     *provenance.CODE,
     *("config.yaml", "LICENSE", "CITATION.cff"),
@@ -31,10 +31,10 @@ Results of the study `{study}` and the program that made them: vibrissa {version
 | --- | --- |
 | `results/{study}/` | tables, figures, report |
 | `config.yaml` | the study file |
-| `docs/tables.md` | what each column of the tables is |
+| `docs/tables.md` | the meaning of each column of the tables |
 | `docs/model.md` | the model |
 | `locks/study.lock` | the versions of all packages |
-| `ro-crate-metadata.json` | this description for machines (RO-Crate) |
+| `ro-crate-metadata.json` | this description in machine-readable form (RO-Crate) |
 
 To make the results again and compare the tables with these (make and Python 3.11 to 3.13):
 
@@ -57,20 +57,20 @@ def write_archive(
 ) -> int:
     """Write the ZIP archive of a study atomically; return the number of its files.
 
-    The study file takes the place of the project's own, ``config.yaml``.
+    The study file is archived as ``config.yaml``, in place of the project's own.
 
     Parameters
     ----------
     made : iterable of str
-        Names of the results, as `vibrissa.study.model.Study.results`; anything else is left out.
+        Result files to archive, as in `vibrissa.study.model.Study.results`.
     scripts : iterable of str
         The user's files that draw figures, relative to the study file.
 
     Raises
     ------
     ArchiveError
-        If the code was edited since its commit, or if a part of the project is not there, as where
-        it was installed from a wheel.
+        If the code was edited since its commit, or if `root` is not a clone of the project but, for
+        example, an installed wheel.
     """
     if commit.endswith("-dirty"):
         raise ArchiveError(
@@ -88,7 +88,7 @@ def write_archive(
         folder = Path(name)
         for place, source in sources.items():
             _copy(source, folder / place)
-        # Found by `vibrissa.provenance` where there is no git.
+        # `vibrissa.provenance` reads it where git is missing.
         (folder / "src/vibrissa" / COMMIT_FILE).write_text(f"{commit}\n", encoding="utf-8")
         readme = _README.format(study=results.name, version=__version__, commit=commit)
         (folder / "README.md").write_text(readme, encoding="utf-8")

@@ -11,10 +11,10 @@ from vibrissa.tables import query, schemas
 from vibrissa.tables.frames import to_pandas
 from vibrissa.tables.query import Readable
 
-# Those of a study that are compared.
+# Tables of a study that are compared.
 TABLES = ("stiction", "scans", "states")
 _ROD = ["theta", "eta", *MOUNTING_AXES, "curvature_powers"]
-# How the steps of a cycle become one row.
+# Columns of a condensed cycle: column of its steps, and how the values of the steps are combined.
 _CYCLE = {
     "status": ("status", "last"),
     "steps": ("step", "max"),
@@ -35,9 +35,10 @@ _CYCLE = {
 
 
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
-    """Condense the tables of a folder of results, as far as the study has them.
+    """Condense the tables in a folder of results.
 
-    ``stiction`` has all rows, ``curves`` a row for each rod, ``scans`` a row for each cycle.
+    ``stiction`` has all rows, ``curves`` a row for each rod, ``scans`` a row for each cycle. If the
+    study has no scans or no states, the result has none either.
     """
     found = {
         name: query.opened(path, schemas.TABLES[name])
@@ -59,7 +60,7 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
 
 
 def _without_shapes(table: Readable) -> pd.DataFrame:
-    """Rows with the middle of each shape and its highest point, instead of the shape."""
+    """Replace the coordinates of each shape by its middle point and its largest height."""
     parts = []
     for part in query.parts(table, table.schema.names):
         rows = to_pandas(part)

@@ -1,4 +1,4 @@
-"""What differs between two tables of the same layout, row by row and column by column."""
+"""Differences between two tables of the same layout, by row and by column."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from vibrissa.checking.tolerances import Layout, Tolerance
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.wording import counted
 
-# Rows that a message names.
+# Largest number of rows in a message.
 SHOWN = 3
 
 
@@ -22,9 +22,9 @@ class Difference:
     Attributes
     ----------
     column : str
-        The column that moved, or empty.
+        Column whose values differ; empty if the difference concerns rows or a whole table.
     absolute, relative : float or None
-        Largest changes of a column of numbers, if they are finite.
+        Largest changes of the numbers in the column; None if they are not finite.
     """
 
     table: str
@@ -39,9 +39,9 @@ class Difference:
 def compare(
     reference: pd.DataFrame, found: pd.DataFrame, layout: Layout, name: str
 ) -> Iterator[Difference]:
-    """Find each column that moved, and rows that are missing, extra or doubled.
+    """Find columns with changed values, and rows that are missing, extra or doubled.
 
-    The tables are texts, as `vibrissa.checking.reference.as_text` makes them.
+    Both tables hold texts, as `vibrissa.checking.reference.as_text` returns them.
     """
     keys, columns = layout.keys, [*layout.keys, *layout.columns]
     absent = [column for column in columns if column not in reference]
@@ -87,7 +87,7 @@ def _numbers(column: pd.Series) -> FloatArray:
 
 
 def _rows(table: str, problem: str, words: str, rows: pd.DataFrame) -> Iterator[Difference]:
-    """Difference for missing, extra or doubled rows; nothing without such rows."""
+    """Yield a difference if there are missing, extra or doubled rows."""
     if len(rows):
         shown = "; ".join(spell_row(row) for row in rows.head(SHOWN).to_dict("records"))
         more = "; ..." if len(rows) > SHOWN else ""
@@ -96,12 +96,12 @@ def _rows(table: str, problem: str, words: str, rows: pd.DataFrame) -> Iterator[
 
 
 def spell_row(row: Mapping[Any, Any]) -> str:
-    """Spell the keys of a row that are neither empty nor 0."""
+    """Format the keys of a row that are neither empty nor 0."""
     return ", ".join(f"{key} {value}" for key, value in row.items() if value not in ("", "0"))
 
 
 def _moved_column(table: str, column: str, rows: pd.DataFrame, total: int) -> Difference:
-    """Difference of a column; rows that moved have keys and the texts ``was`` and ``now``."""
+    """Describe the changes of a column; `rows` has keys and the texts ``was`` and ``now``."""
     was, now = _numbers(rows["was"]), _numbers(rows["now"])
     with np.errstate(divide="ignore", invalid="ignore"):  # infinity less infinity
         change = np.abs(now - was)

@@ -1,6 +1,6 @@
-"""Comparison with proved intervals: distance of each number from the true value.
+"""Comparison of results with proved intervals that contain the true values.
 
-The intervals stand in ``enclosures.csv`` beside the reference tables; `python -m validation proof`
+The intervals are in ``enclosures.csv`` beside the reference tables; `python -m validation proof`
 writes them.
 """
 
@@ -15,7 +15,7 @@ from vibrissa.checking.tolerances import Layout
 from vibrissa.errors import ComparisonError
 
 FILE = "enclosures.csv"
-# Columns by which a proof names a row of each table.
+# Columns that identify a row of each table in a proof.
 KEYS = {
     "stiction": ["theta", "mu0", "eta", "dx0"],
     "curves": ["theta", "eta"],
@@ -27,16 +27,16 @@ KEYS = {
 def proved(
     frames: Mapping[str, pd.DataFrame], reference: Path, layouts: Mapping[str, Layout]
 ) -> pd.DataFrame:
-    """Select the condensed results that have a proof: a row for each number.
+    """Compare condensed results with their proofs: a row for each number that has a proof.
 
-    Its columns are ``table``, ``quantity``, the ``value``, the ``midpoint`` of the interval of the
-    true value, the distance ``off`` from that interval, whether the value is ``refuted``, as it is
-    further off than its tolerance, and the keys of all tables. Empty without a file of proofs.
+    Columns are ``table``, ``quantity`` and the keys of all tables; the ``value``; ``midpoint`` and
+    ``radius`` of the proved interval; ``off``, the distance of the value from the interval; and
+    ``refuted``, whether this distance exceeds the tolerance. Empty without a file of proofs.
 
     Raises
     ------
     ComparisonError
-        If the file does not hold proofs.
+        If the file of proofs cannot be read.
     """
     path = reference / FILE
     try:
@@ -58,7 +58,7 @@ def proved(
 def _proved_in(
     table: str, proofs: pd.DataFrame, frame: pd.DataFrame, layout: Layout
 ) -> pd.DataFrame:
-    """Match the proofs of a table with its rows; a point of two grids has two rows."""
+    """Match the proofs of a table with its rows; a point in two grids matches two rows."""
     keys = KEYS[table]
     quantities = [name for name in layout.columns if name in set(proofs["quantity"])]
     values = frame[[*keys, *quantities]].melt(keys, var_name="quantity")
@@ -67,7 +67,7 @@ def _proved_in(
         values, on=[*keys, "quantity"]
     )
     value, midpoint = pairs["value"].astype("Float64").to_numpy(float), pairs["midpoint"].map(float)
-    # What is proved and has no number here failed.
+    # A proved number that is missing in the results is infinitely far off.
     off = np.nan_to_num(np.abs(value - midpoint) - pairs["radius"], nan=np.inf).clip(min=0.0)
     tolerances = [layout.columns[name] for name in pairs["quantity"]]
     absolute, relative = np.array([(one.absolute, one.relative) for one in tolerances]).T
@@ -76,7 +76,7 @@ def _proved_in(
 
 
 def verdict(numbers: pd.DataFrame) -> str:
-    """Whether the numbers agree with their proofs, in one line; empty without proofs."""
+    """Return one line on whether the numbers agree with their proofs; empty without proofs."""
     if numbers.empty:
         return ""
     wrong, worst = numbers["refuted"].sum(), _worst(numbers)

@@ -1,6 +1,6 @@
 """Comparison of the results of a study with a reference, and update of the reference.
 
-Reference tables are CSV files that read well in a diff. Tables are compared in this form, as texts.
+Reference tables are CSV files, readable in a diff. Results are compared with them as texts.
 """
 
 import json
@@ -20,15 +20,26 @@ from vibrissa.errors import ComparisonError
 from vibrissa.files import write_atomically
 from vibrissa.wording import counted, markdown_table
 
-# Significant digits of a float: fewer than a double has, more than any tolerance asks for.
+# Significant digits of a float: fewer than a double has, more than any tolerance needs.
 DIGITS = 12
-# Differences that a summary shows.
+# Largest number of differences in a summary.
 MOST_ROWS = 30
 
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """Results, their reference, and the numbers that have a proof (`proofs.proved`)."""
+    """Comparison of results with a reference and with proofs.
+
+    Attributes
+    ----------
+    results, reference : Path
+        Folders.
+    rows : int
+        Number of rows in the results.
+    differences : sequence of Difference
+    proved : DataFrame
+        Numbers that have a proof, as `proofs.proved` returns them.
+    """
 
     results: Path
     reference: Path
@@ -38,14 +49,14 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """Last line: unchanged, or the number of differences."""
+        """One line: unchanged, or the number of differences."""
         if self.differences:
             number = counted(len(self.differences), "difference")
             return f"CHANGED: {number} between {self.results} and {self.reference}."
         return f"Unchanged: all {self.rows} rows of {self.results} agree with {self.reference}."
 
     def markdown(self) -> str:
-        """Summary for people."""
+        """Return a summary in Markdown."""
         mark = "❌" if self.differences else "✅"
         lines = [f"## {mark} Study {self.results.name}: reference tables", "", self.verdict]
         if self.differences:
@@ -60,7 +71,7 @@ class Comparison:
         return "\n".join([*lines, "", proofs.verdict(self.proved)]).rstrip() + "\n"
 
     def json(self) -> str:
-        """All differences, for programs."""
+        """Return all differences as JSON."""
         content = {
             "passed": not self.differences,
             "verdict": self.verdict,
@@ -84,7 +95,7 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
     Raises
     ------
     ComparisonError
-        If there are no results, or no reference tables that can be read.
+        If there are no results, or no readable reference tables.
     """
     frames = condensed(results)
     found = _as_texts(frames, layouts)
@@ -131,12 +142,12 @@ def _as_texts(
 
 
 def as_text(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
-    """Texts of the columns of a layout, rows sorted by its keys; empty for missing values.
+    """Format the columns of a layout as texts, rows sorted by its keys; missing values are empty.
 
     Raises
     ------
     ComparisonError
-        If a column is not there.
+        If a column is missing.
     """
     names = [*layout.keys, *layout.columns]
     if unknown := [column for column in names if column not in frame]:
@@ -173,7 +184,7 @@ def read(path: Path) -> pd.DataFrame:
 
 
 def bless(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> None:
-    """Write the results as reference tables; remove those that the study no longer has."""
+    """Write the results as reference tables; remove tables that the study no longer has."""
     found = _as_texts(condensed(results), layouts)
     reference.mkdir(parents=True, exist_ok=True)
     for name in layouts:

@@ -11,7 +11,7 @@ from vibrissa.errors import ComparisonError
 
 
 class Tolerance(BaseModel):
-    """How far a number may be from its reference: |change| ≤ absolute + relative·|reference|."""
+    """Allowed change of a number: |change| ≤ absolute + relative·|reference|."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -24,7 +24,7 @@ def _in_numbers(written: Any) -> Any:
 
 
 class Layout(BaseModel):
-    """A reference table: its keys identify a row."""
+    """Layout of a reference table: keys, which identify a row, and tolerances of its columns."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -38,13 +38,13 @@ def read_layouts(path: Path) -> dict[str, Layout]:
     Raises
     ------
     ComparisonError
-        If the file has no such layouts.
+        If the file does not hold layouts.
     """
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
         return TypeAdapter(dict[str, Layout]).validate_python(content)
     except (yaml.YAMLError, InvalidLayout) as error:
         raise ComparisonError(
-            f"{path} does not say what to compare ({error}); needed for each table: keys, a list, "
-            "and columns, each exact or {absolute: number, relative: number}"
+            f"{path} does not define what to compare ({error}); needed for each table: keys, a "
+            "list, and columns, each exact or {absolute: number, relative: number}"
         ) from None

@@ -8,7 +8,7 @@ from vibrissa.figures import style
 from vibrissa.figures.kinds import kind
 from vibrissa.figures.series import Series
 
-# Column and line of each kind of contact; colours are for the series.
+# Column and line style of each kind of contact; colours distinguish the series.
 LOCKS = {"tip contact": ("mu_lock_point", "-"), "line contact": ("mu_lock_line", "--")}
 
 
@@ -21,12 +21,12 @@ LOCKS = {"tip contact": ("mu_lock_point", "-"), "line contact": ("mu_lock_line",
     ),
 )
 def models(rows: pd.DataFrame) -> Figure:
-    """Error of the onset in tip contact, and μ_lock of both models, over θ."""
+    """Error of x0_slip in tip contact, and μ_lock in both kinds of contact, over θ."""
     figure = style.page(3.1, style.PAGE)
     errors, locks = figure.subplots(1, 2)
     series = Series(rows, "mu0")
     error = 100.0 * (rows["x0_slip_point"] / rows["x0_slip_line"] - 1.0)
-    # The error of what does not slip in both kinds of contact is not known.
+    # The error is known only for points that slip in both kinds of contact.
     status = rows["status_line"].where(rows["status_line"] != "slip", rows["status_point"])
     passing = error.where(rows["penetrates"].fillna(False).astype(bool))
     rows = rows.assign(error=error, passing=passing, status=status)
@@ -35,7 +35,7 @@ def models(rows: pd.DataFrame) -> Figure:
     series.gaps(errors, rows, "theta")
     text = "passes through the surface in tip contact"
     style.mean(errors, text, marker="o", color="black", markersize=2.0, linestyle="none")
-    # Infinite where the tip lifts off instead: no point to draw.
+    # μ_lock is infinite where the tip lifts off instead of locking: not drawn.
     rods = rows.sort_values("theta").drop_duplicates("theta").replace(np.inf, np.nan)
     for contact, (column, line) in LOCKS.items():
         look = {"linestyle": line, "marker": style.alone(rods)}

@@ -32,22 +32,22 @@ def draw(
     script: Path | None = None,
     look: Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Draw a figure; if no row has a result, it shows the reason.
+    """Draw a figure; if no row has a result, the figure shows the reason.
 
     Parameters
     ----------
     kind : str
-        One of `KINDS`, or ``script``, with the user's file `script`.
+        One of `KINDS`, or ``script`` for the user's file `script`.
     selection : mapping
-        Rows to draw, by keys of a figure in the study file: ``grid``, ``scan``, ``state`` or
-        ``comparison``, a name or a list of them, and the axes, each a list of values.
+        Rows to draw, with the keys that a figure has in the study file: ``grid``, ``scan``,
+        ``state`` or ``comparison`` with a name or a list of names, and axes with lists of values.
     look : mapping, optional
         ``size`` and ``axes`` as in the study file.
 
     Raises
     ------
     ArgumentError
-        If there are no such rows, or the script fails.
+        If no rows are selected, or the script fails.
     """
     columns = table.schema.names if script else KINDS[kind].columns
     rows = query.frame(table, columns, _condition(selection))
@@ -65,7 +65,7 @@ def draw(
 
 
 def _condition(selection: Mapping[str, Any]) -> pc.Expression:
-    """Condition that selects the rows of a figure by its entry in the study file."""
+    """Return the condition for the rows of a selection; see `draw`."""
     conditions = []
     for name, value in selection.items():
         values = value if isinstance(value, list) else [value]
@@ -77,7 +77,7 @@ def _condition(selection: Mapping[str, Any]) -> pc.Expression:
 
 
 def _has_curvature(value: float | Sequence[float]) -> pc.Expression:
-    """Condition that the natural curvature is this constant or polynomial."""
+    """Return the condition that the natural curvature is this constant or polynomial."""
     constant, *_ = sortable(value)
     powers, found = spell_powers(value), pc.field("curvature_powers")
     same = found == powers if powers else found.is_null()
@@ -85,7 +85,7 @@ def _has_curvature(value: float | Sequence[float]) -> pc.Expression:
 
 
 def _scripted(script: Path, rows: pd.DataFrame) -> Figure:
-    """Call the function of a user's file."""
+    """Draw with the function `DRAW` of the user's file."""
     try:
         figure = runpy.run_path(str(script))[DRAW](rows)
     except Exception as error:
@@ -106,13 +106,13 @@ def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
         figure.set_size_inches(size)
     if axes := look.get("axes"):
         scales = {f"{axis}scale": "log" for axis in axes.get("log", ())}
-        # Whatever a kind does with its data, the limits are those of the study file.
+        # Set last, so that the study file overrides the limits that a kind sets.
         limits = {f"{axis}lim": axes[axis] for axis in "xy" if axis in axes}
         figure.axes[0].set(**scales | limits)
 
 
 def _failure(rows: pd.DataFrame) -> Figure:
-    """Draw the reason why there are no data."""
+    """Make a figure that shows why there are no data."""
     reason = rows["message"].iloc[0] if "message" in rows else "the tables and logs have the reason"
     status = rows["status"].iloc[0].replace("_", " ")
     return style.message(f"{status}: {reason}")

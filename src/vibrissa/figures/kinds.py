@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pandas as pd
 from matplotlib.figure import Figure
 
-# Columns that say which point or which scan is shown and what came out.
+# Columns that identify a grid point or a scan, with its outcome.
 POINT = ("theta", "mu0", "eta", "dx0", "status", "message")
 SCAN = ("theta", "mu0", "eta", "dx0", "status")
 Plot = Callable[[pd.DataFrame], Figure]
@@ -20,7 +20,7 @@ class Kind:
     plot: Plot
 
 
-# By the name that a study file has for it.
+# Kinds of figures by their name in the study file.
 KINDS: dict[str, Kind] = {}
 
 

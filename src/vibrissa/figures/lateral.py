@@ -17,11 +17,11 @@ from vibrissa.tables.frames import swung_aside
 
 FIRST_STEPS = ("footpoint", "cycle", "phase", "stability_aside")
 MARGINS = {"stability": "in the plane", "stability_aside": "out of the plane"}
-# Angles by which the plane of bending is shown turned (degrees).
+# Angles of the plane of bending at which the buckling rod is drawn (degrees).
 TURNS = pd.DataFrame({"turn": np.arange(0.0, 181.0, 30.0)})
-# Steps on each side of the swing that are shown with it, and from how far away (L).
+# Largest number of steps drawn before and after lateral buckling, and their largest distance (L).
 BESIDE, NEAR_SWING = 3, 0.3
-# Depth is drawn to the right and upwards: how long it is, of its true length.
+# Oblique projection: shares of the depth z that are drawn to the right and upwards.
 DEPTH = np.array([0.45, 0.3])
 
 
@@ -29,7 +29,7 @@ DEPTH = np.array([0.45, 0.3])
     "past_lock", columns=(*POINT, "x0_slip", "ends_by", "x0_end", "x0_trail", "mu_lock", "x0_lock")
 )
 def past_lock(rows: pd.DataFrame) -> Figure:
-    """How far the clamp moves until the tip slips, over μ0 to beyond μ_lock, for each θ."""
+    """Clamp displacement in the first and in a later period over μ0, for each θ."""
     figure = style.page(4.4)
     first, later = figure.subplots(2, 1, sharex=True)
     series = Series(rows, "theta")
@@ -40,7 +40,7 @@ def past_lock(rows: pd.DataFrame) -> Figure:
     for panel, end in ((first, "until"), (later, "after")):
         series.lines(panel, slips, "mu0", "x0_slip")
         series.lines(panel, locks, "mu0", end, label=None)
-        # From the onset at the lock to the end of sticking just beyond it.
+        # Jump from the onset at the lock to the end of sticking just above μ_lock.
         jumps = locks.dropna(subset=end).sort_values("mu0").drop_duplicates("theta")
         ends, colors = (jumps["x0_lock"], jumps[end]), jumps["theta"].map(series.color)
         panel.vlines(jumps["mu_lock"], *ends, colors=colors, linewidth=0.8, linestyles="--")
@@ -72,7 +72,7 @@ def margins(rows: pd.DataFrame) -> Figure:
 
 @kind("swing", columns=(*SCAN, *FIRST_STEPS, "phi1", "shape_x", "shape_y"))
 def swing(rows: pd.DataFrame) -> Figure:
-    """Shapes in space of a rod that buckles laterally: before, at turns of its plane, and after."""
+    """Shapes of a rod in space before, during and after lateral buckling."""
     steps = _first_period(rows)
     swung = swung_aside(steps)
     if not swung.any() or swung.all():
@@ -104,7 +104,7 @@ def _first_period(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _rod(panels: tuple[Axes, Axes], row: pd.Series, turn: float, **look: Any) -> None:
-    """Draw a rod, its plane turned by an angle (degrees) about the clamp's axis, from two sides."""
+    """Draw a rod in side and top view, its plane turned by `turn` degrees about the clamp axis."""
     out, height = np.asarray(row["shape_x"]) - row["footpoint"], np.asarray(row["shape_y"])
     x = row["footpoint"] + out * np.cos(np.radians(turn))
     z = out * np.sin(np.radians(turn))
@@ -118,7 +118,7 @@ def _seen(x: FloatArray, y: FloatArray | float, z: FloatArray) -> tuple[FloatArr
 
 
 def _surface(panel: Axes, row: pd.Series, clamps: pd.Series) -> None:
-    """Draw the part of the surface that a rod reaches from the places of its clamp."""
+    """Draw the part of the surface that a rod reaches from these clamp positions."""
     out = float(np.abs(np.asarray(row["shape_x"]) - row["footpoint"]).max())
     left, right = clamps.min() - out, clamps.max() + out
     z = out * np.array([-1.0, -1.0, 1.0, 1.0])

@@ -1,4 +1,4 @@
-"""Figures of the effects of an inclined or yielding clamp, a curved rod, an oblique stage."""
+"""Figures of the effects of an inclined or yielding clamp, a curved rod and an oblique stage."""
 
 from collections.abc import Mapping
 
@@ -30,18 +30,18 @@ HEIGHT = r"clamp–surface distance $\eta$"
 
 
 def _over(rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """Rows with the axis of the mounting that has several values, as `over`, and its label."""
+    """Add a column ``over``, the mounting axis with several values; return rows and its label."""
     varied = max(AXES, key=lambda axis: rows[axis].nunique())
     label, unit = AXES[varied]
-    # Infinite where the tip lifts off instead of a lock: no point to draw.
+    # μ_lock is infinite where the tip lifts off instead of locking: not drawn.
     return rows.assign(over=rows[varied] * unit).replace(np.inf, np.nan), label
 
 
 @kind("mounting", columns=(*POINT, *AXES, *PANELS))
 def mounting(rows: pd.DataFrame) -> Figure:
-    """Lock, onset of slip and loads on the clamp over one axis of the mounting, for each θ."""
+    """μ_lock, onset of slip and loads on the clamp over one axis of the mounting, for each θ."""
     rows, label = _over(rows)
-    # Where every tip locks there is no onset to be drawn, and where none locks, no lock.
+    # If all tips lock, there is no onset to draw; if none locks, there is no μ_lock.
     shown = [column for column in PANELS if rows[column].notna().any()]
     if not shown:
         return style.message("no tip slips, and none locks")
@@ -60,7 +60,7 @@ def mounting(rows: pd.DataFrame) -> Figure:
     for panel in panels[: len(shown)][-columns:]:
         panel.tick_params(labelbottom=True)
         panel.set_xlabel(label)
-    # Where a cell is empty the legend stands in it.
+    # The legend goes into an empty cell, if there is one.
     cell: style.Look = {"loc": "center", "bbox_to_anchor": (0.86, 0.26), "ncols": 1}
     series.explain(panels, **(cell if len(panels) > len(shown) else {}))
     return figure
@@ -68,7 +68,7 @@ def mounting(rows: pd.DataFrame) -> Figure:
 
 @kind("change", columns=(*POINT, *AXES, "mu_lock", "x0_slip"))
 def change(rows: pd.DataFrame) -> Figure:
-    """Change of lock and onset by one deviation of the mounting, in per cent, over θ and η."""
+    """Change of μ_lock and x0_slip by one deviation of the mounting, in per cent, over θ and η."""
     rows, _ = _over(rows)
     (deviation,) = set(rows["over"]) - {0.0}
     maps = {}
@@ -80,7 +80,7 @@ def change(rows: pd.DataFrame) -> Figure:
 
 @kind("versus", columns=(*POINT, *AXES, "mu_lock"))
 def versus(rows: pd.DataFrame) -> Figure:
-    """Difference of μ_lock from that of the least θ, over η and one mounting axis."""
+    """Difference of μ_lock from its value at the smallest θ, over η and one mounting axis."""
     rows, label = _over(rows)
     table = rows.pivot(index="eta", columns=["theta", "over"], values="mu_lock")
     least, *tapers = sorted(set(rows["theta"]))

@@ -10,13 +10,13 @@ from vibrissa.figures.kinds import POINT, kind
 from vibrissa.figures.series import Series
 from vibrissa.figures.style import COLORS, HOLLOW
 
-# The lowest levels of the step grid are enlarged where there are many.
+# The lowest SHOWN_LEVELS levels of the step grid are enlarged if there are MANY_LEVELS or more.
 SHOWN_LEVELS, MANY_LEVELS = 7, 20
 
 
 @kind("taper", columns=(*POINT, "x0_slip", "x0_max", "penetrates"))
 def taper(rows: pd.DataFrame) -> Figure:
-    """x0,max over θ for each μ0: the step grid's marks and the exact onset (paper Figure 6)."""
+    """x0,max on the step grid, and the exact onset, over θ for each μ0 (paper Figure 6)."""
     series = Series(rows, "mu0")
     figure, panel = style.axes(3.0)
     series.lines(panel, rows, "theta", "x0_slip", label=None, linewidth=0.6)

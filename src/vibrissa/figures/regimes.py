@@ -28,19 +28,18 @@ REGIMES = (*SLIPS.values(), *LOCKS.values(), NO_RESULT)
 REGIME_COLORS = ListedColormap(
     ["#0072b2", "#009e73", "#d55e00", "#e69f00", "#cc79a7", "#f0e442", "#56b4e9", "#ffffff"]
 )
-# Powers of the distance from the lock: in a smooth maximum of −tan α, and in a kink.
+# Exponents of the approach to the lock: 1/2 at a smooth maximum of −tan α, 1 at a kink.
 POWERS = {0.5: (r"$\frac{1}{2}$", "--"), 1.0: ("1", ":")}
-# Dots of more points are pixels in PDF and SVG.
+# With more points, the dots are pixels in PDF and SVG.
 MANY = 300
-# Maps side by side, and the height of one and the size of its type (inch, points), by how many
-# there are at most.
+# By largest number of maps: maps in a row, height of a map (inch), and font size (points).
 PANELS = {6: (3, 2.0, 7.0), 20: (4, 1.6, 7.0), math.inf: (8, 0.95, 5.0)}
 
 
 @kind("locking", columns=("theta", "eta", "status", "message", "mu_lock"))
 def locking(rows: pd.DataFrame) -> Figure:
     """μ_lock over θ for each η."""
-    # Infinite where the tip lifts off instead, and unknown where no lock was found.
+    # μ_lock is infinite where the tip lifts off instead, and null where no lock was found.
     rods = rows.drop_duplicates(["theta", "eta"]).replace(np.inf, np.nan)
     known = rods["mu_lock"].notna().groupby(rods["eta"]).transform("any")
     if not known.any():
@@ -48,7 +47,7 @@ def locking(rows: pd.DataFrame) -> Figure:
     figure, panel = style.axes(3.0)
     for eta in sorted(set(rods["eta"][~known])):
         style.mean(panel, rf"no lock: $\eta = {eta:g}$", linestyle="none")
-    # Series of which nothing can be drawn would take the colours from the others.
+    # Series without points would use up colours.
     series = Series(rods[known], "eta")
     series.lines(panel, rods[known], "theta", "mu_lock")
     panel.set(xlabel=style.TAPER, ylabel=style.LOCKING_FRICTION)
@@ -59,8 +58,8 @@ def locking(rows: pd.DataFrame) -> Figure:
 
 @kind("regimes", columns=(*POINT, "contact", "ends_by", "mu_lock"))
 def regimes(rows: pd.DataFrame) -> Figure:
-    """Map over θ and μ0, a panel for each η: slips in point or in line contact, or locks."""
-    # One step size stands for all: the regime does not depend on it.
+    """Map of the outcome over θ and μ0, for each η: slip in point or line contact, or lock."""
+    # One Δx0 is enough: the regime does not depend on it.
     rows = rows.drop_duplicates(["theta", "mu0", "eta"])
     slips, locks = rows["contact"].map(SLIPS), rows["ends_by"].map(LOCKS)
     names = slips.where(rows["status"] == "slip", locks).fillna(NO_RESULT)
@@ -70,7 +69,7 @@ def regimes(rows: pd.DataFrame) -> Figure:
     columns = min(columns, len(heights))
     lines = -(-len(heights) // columns)
     figure = style.page(0.7 + height * lines, style.COLUMN if columns == 1 else style.PAGE)
-    # All have the same axes, as a grid is a product; axes that matplotlib shares take much longer.
+    # The panels have equal axes anyway; sharing them by matplotlib takes much longer.
     panels = figure.subplots(lines, columns, squeeze=False)
     for i, (panel, (eta, points)) in enumerate(zip(panels.flat, heights, strict=False)):
         _regime_map(panel, points)
@@ -86,13 +85,13 @@ def regimes(rows: pd.DataFrame) -> Figure:
         Patch(facecolor=REGIME_COLORS(i), edgecolor=style.SURFACE, label=REGIMES[i])
         for i in sorted(rows["regime"].unique())
     ]
-    # Below, it would cover the label of the abscissae.
+    # Below the panels, the legend would cover their label.
     figure.legend(handles=patches, loc="outside upper center", ncols=1 if columns == 1 else 4)
     return figure
 
 
 def _regime_map(panel: Axes, points: pd.DataFrame) -> None:
-    """Colour the points of one η by regime, and draw the locking friction."""
+    """Colour the points of one η by regime, and draw μ_lock over θ."""
     field = points.pivot(index="mu0", columns="theta", values="regime")
     thetas, mu0 = style.cells(field.columns), style.cells(field.index)
     look: Look = {"cmap": REGIME_COLORS, "vmin": 0, "vmax": len(REGIMES) - 1}
@@ -104,7 +103,7 @@ def _regime_map(panel: Axes, points: pd.DataFrame) -> None:
 
 @kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"))
 def law(rows: pd.DataFrame) -> Figure:
-    """x0_slip over μ0 up to the lock, and its distance from the lock beside powers, for each θ."""
+    """x0_slip over μ0, and its approach to the lock compared with power laws, for each θ."""
     rows = rows.assign(gap=rows["mu_lock"] - rows["mu0"], far=rows["x0_lock"] - rows["x0_slip"])
     slips = rows[(rows["status"] == "slip") & (rows["gap"] > 0.0) & np.isfinite(rows["gap"])]
     if slips.empty:
@@ -116,7 +115,7 @@ def law(rows: pd.DataFrame) -> Figure:
     series.lines(panel, slips, "mu0", "x0_slip", 1.5, **dots)
     series.lines(near, slips, "gap", "far", 1.5, **dots)
     series.lines(panel, slips.drop_duplicates("theta"), "mu_lock", "x0_lock", 3.5, marker="o")
-    # Straight lines through the farthest onset, to see which of them those of a series follow.
+    # Power laws through the farthest onset, for comparison with the series.
     ends = np.array([slips["gap"].min(), slips["gap"].max()])
     for power, (name, line) in POWERS.items():
         far = slips["far"].max() * (ends / ends[1]) ** power
@@ -125,7 +124,7 @@ def law(rows: pd.DataFrame) -> Figure:
     near.set(xscale="log", yscale="log", ylim=(0.5 * slips["far"].min(), None))
     near.set_xlabel(r"distance from the lock $\mu_\mathrm{lock} - \mu_0$")
     near.set_ylabel(r"$(x_{0,\mathrm{lock}} - x_{0,\mathrm{slip}})$ / $L$")
-    # Within a decade matplotlib would label each of the ticks between, one upon the other.
+    # Within one decade, matplotlib's labels of minor ticks would overlap.
     near.xaxis.set_minor_locator(LogLocator(subs=(3,)))
     series.explain(near)
     return figure

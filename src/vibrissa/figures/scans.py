@@ -15,13 +15,13 @@ REACTIONS = {"reaction_fx": "$F_x$", "reaction_fy": "$F_y$", "reaction_m": "$M$"
 
 @kind("scan", columns=(*SCAN, *SHAPES))
 def scan(rows: pd.DataFrame) -> Figure:
-    """Shapes at every footpoint position of scans, a panel for each (paper Figures 4 and 5)."""
+    """Shapes of scans at every clamp position, a panel for each θ (paper Figures 4 and 5)."""
     return _figure(rows, 0.6)
 
 
 @kind("period", columns=(*SCAN, *SHAPES))
 def period(rows: pd.DataFrame) -> Figure:
-    """Shapes of the first period of sticking of scans, a panel for each (paper Figure 3)."""
+    """Shapes of scans in the first period of sticking, a panel for each θ (paper Figure 3)."""
     return _figure(rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")], 1.2)
 
 
@@ -45,7 +45,7 @@ def _figure(rows: pd.DataFrame, linewidth: float) -> Figure:
 
 
 def _draw(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
-    """Draw every shape of a scan, and over them the first and the last of each period."""
+    """Draw all shapes of a scan, and highlight the first and last one of each period."""
     sticking = steps[steps["phase"] == "stick"]
     begin, end = steps[steps["x0"] == 0], sticking.groupby("cycle").tail(1)
     shapes.draw(panel, steps, color=SHAPE, linewidth=0.25)

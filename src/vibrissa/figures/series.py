@@ -18,15 +18,15 @@ SYMBOLS = {"theta": r"\theta", "mu0": r"\mu_0", "eta": r"\eta", "x1": "x_1"} | {
 }
 # The dark part of the colour map: its yellow end cannot be seen on white.
 GRADED, DARK = "viridis", 0.93
-# Values at a colourbar: all of so many, or so many of more.
+# A colourbar labels all of up to ALL_TICKS values; of more values, it labels SOME_TICKS.
 ALL_TICKS, SOME_TICKS = 20, 11
 
 
 class Series:
-    """Looks of the series of a figure: one for each value of a column, increasing.
+    """Colours, markers and labels of series: one for each value of a column, in increasing order.
 
-    Few series have the paper's colours and markers, and a legend; more have graded colours and a
-    colourbar.
+    Up to six series have distinct colours, the paper's markers and a legend; more series have
+    graded colours and a colourbar.
     """
 
     def __init__(self, rows: pd.DataFrame, column: str) -> None:
@@ -38,7 +38,7 @@ class Series:
         self._colors = list(COLORS) if self.few else graded
 
     def place(self, value: float) -> int:
-        """Return the number of a value's series, from 0."""
+        """Return the index of the series of a value."""
         return self.values.index(value)
 
     def color(self, value: float) -> str:
@@ -52,7 +52,7 @@ class Series:
     def lines(
         self, panel: Axes, rows: pd.DataFrame, x: str, y: str, size: float = 0.0, **look: Any
     ) -> None:
-        """Draw one column over another: a line for each series, or marks of a size (points)."""
+        """Draw column `y` over `x`: a line for each series, or markers of a `size` (points)."""
         for value, points in rows.sort_values(x).groupby(self.column):
             known: Look = {"color": self.color(value), "label": self.label(value)}
             known["marker"] = style.alone(points)
@@ -62,7 +62,7 @@ class Series:
             panel.plot(points[x], points[y], **known | look)
 
     def gaps(self, panel: Axes, rows: pd.DataFrame, x: str) -> None:
-        """Mark points without an onset in a strip above a panel, a line for each series."""
+        """Mark points without an onset in a strip above a panel, a row for each series."""
         rows = rows[rows["status"].isin(WITHOUT_ONSET)]
         if rows.empty:
             return
@@ -78,13 +78,13 @@ class Series:
         strip.margins(y=0.5 / count)
 
     def explain(self, panels: Axes | Sequence[Axes], **look: Any) -> None:
-        """Put a legend below the axes of the figure, or a colourbar beside some of them."""
+        """Add a legend to the figure, and a colourbar beside the panels if series are many."""
         style.legend((panels if isinstance(panels, Axes) else panels[0]).figure, **look)
         if not self.few:
             self.colorbar(panels)
 
     def colorbar(self, panels: Axes | Sequence[Axes]) -> None:
-        """Put a colourbar beside axes."""
+        """Put a colourbar beside the panels."""
         figure = (panels if isinstance(panels, Axes) else panels[0]).figure
         count = len(self.values)
         shown = np.linspace(0, count - 1, count if count <= ALL_TICKS else SOME_TICKS).round()

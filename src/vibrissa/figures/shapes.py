@@ -11,24 +11,23 @@ from matplotlib.figure import Figure
 
 from vibrissa.figures import style
 
-# Panels in a row.
+# Largest number of panels in a row.
 IN_A_ROW = 3
 # Room beside the shapes and above the surface (L).
 BESIDE, ABOVE = 0.04, 0.08
-# Largest scale (inch for L), which figures of one panel share unless they are wide; room for labels
-# and a legend (inch).
+# Largest scale (inch for a length L); room for labels and for a legend (inch).
 LARGEST_SCALE, LABELS, LEGEND = 2.5, 0.5, 0.85
-# Wider panels take a page (L).
+# A single panel that is wider than this (L) takes the whole page.
 WIDEST = 2.0
-# Thin lines of more shapes are pixels in PDF and SVG, which would get large.
+# With more shapes, lines are pixels in PDF and SVG, to keep files small.
 MOST_LINES = 150
 
 
 def panels(parts: Sequence[pd.DataFrame]) -> tuple[Figure, list[Axes], bool]:
-    """Make a panel for the shapes of each part, all of one scale, with the surface.
+    """Make a panel with the surface for the shapes of each part, all panels to the same scale.
 
-    Each part has ``shape_x``, ``shape_y`` (L) and ``eta``. The last value returned is whether there
-    is room for a legend beside the panel.
+    Each part has ``shape_x``, ``shape_y`` and ``eta`` (L). Returns the figure, its panels, and
+    whether a legend has room beside them.
     """
     x = [_range(rows["shape_x"]) for rows in parts]
     y = [_range(rows["shape_y"]) for rows in parts]

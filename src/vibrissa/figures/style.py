@@ -16,15 +16,15 @@ from matplotlib.figure import Figure, SubFigure
 from vibrissa.files import write_atomically
 from vibrissa.numerics.arrays import FloatArray
 
-# Arguments of matplotlib for how something looks.
+# Keyword arguments of matplotlib, such as colour and line width.
 Look: TypeAlias = dict[str, Any]
-# Widths of a figure in one column of a journal, and over the whole page (inch).
+# Widths of a figure (inch): one column of a journal, and the whole page.
 COLUMN, PAGE = 3.5, 7.2
 # Colours that readers with any colour vision tell apart (Okabe and Ito), and the paper's markers.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 MARKERS = ("s", "D", "^", "o", "v", "P")
 SURFACE, SHAPE, START, END = "#555555", "#a9bccb", "#00487a", "#d55e00"
-# Marks of points without an onset of slip, by their status, and what they mean.
+# Marker and legend entry of points without an onset of slip, by status.
 WITHOUT_ONSET = {"lock": ("|", "locks"), "out_of_reach": ("_", "out of reach")} | {
     "failed": ("x", "failed")
 }
@@ -37,7 +37,7 @@ LOCKING_FRICTION = r"critical friction coefficient $\mu_\mathrm{lock}$"
 DISPLACEMENT = r"clamp displacement $x_{0,\mathrm{max}}$ / $L$"
 
 SETTINGS: Any = {
-    # Journals take fonts as TrueType, and texts that can be edited.
+    # Journals require TrueType fonts and editable texts.
     "pdf.fonttype": 42,
     "svg.fonttype": "none",
     "font.family": ["STIXGeneral", "DejaVu Serif"],
@@ -68,23 +68,23 @@ _DATELESS: dict[str, dict[str, str | None]] = {
 
 
 def applied() -> AbstractContextManager[None]:
-    """Apply the settings of matplotlib under which every figure is made and written."""
+    """Return a context with matplotlib's settings for all figures."""
     return matplotlib.rc_context(SETTINGS)
 
 
 def page(height: float, width: float = COLUMN) -> Figure:
-    """Make an empty figure (in inch)."""
+    """Make an empty figure; sizes in inch."""
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def axes(height: float = 2.6, width: float = COLUMN) -> tuple[Figure, Axes]:
-    """Make a figure (inch) with one pair of axes."""
+    """Make a figure with one panel; sizes in inch."""
     figure = page(height, width)
     return figure, figure.subplots()
 
 
 def message(text: str) -> Figure:
-    """Make a figure that gives the reason why there is nothing to show."""
+    """Make a figure without data that shows a text."""
     figure, panel = axes(1.2)
     panel.set_axis_off()
     panel.text(0.5, 0.5, text, ha="center", va="center", wrap=True, transform=panel.transAxes)
@@ -92,7 +92,7 @@ def message(text: str) -> Figure:
 
 
 def legend(figure: Figure | SubFigure, beside: bool = False, **look: Any) -> None:
-    """Put one legend of all axes below them, or beside, where it covers no data."""
+    """Put one legend of all panels below or beside them, where it covers no data."""
     shown = {
         label: handle
         for panel in figure.axes
@@ -119,14 +119,14 @@ def from_zero(panel: Axes) -> None:
 
 
 def surface(panel: Axes, eta: float) -> None:
-    """Draw the surface at a height (L)."""
+    """Draw the surface at the height `eta` (L)."""
     panel.axhline(eta, color=SURFACE, linewidth=0.8)
     band: Look = {"facecolor": "none", "edgecolor": "#aaaaaa", "hatch": "//////", "linewidth": 0}
     panel.axhspan(eta, eta + 0.03, **band)
 
 
 def cells(centres: pd.Index) -> FloatArray:
-    """Bounds of the cells around the values of an axis, none beyond its first or last value."""
+    """Return the bounds of cells around the values of an axis, from its first to its last value."""
     values = np.asarray(centres, dtype=float)
     if len(values) == 1:
         half = 0.1 * (abs(values[0]) or 1.0)
@@ -135,7 +135,7 @@ def cells(centres: pd.Index) -> FloatArray:
 
 
 def alone(points: Sequence[Any] | pd.DataFrame) -> str:
-    """Marker of a line; empty if it has several points."""
+    """Return the marker of a line: a dot for a single point, none for several points."""
     return "o" if len(points) == 1 else ""
 
 
@@ -143,9 +143,9 @@ def save(figure: Figure, paths: Sequence[str | Path]) -> None:
     """Write a figure as ``.pdf``, ``.svg`` or ``.png``, each file atomically."""
     FigureCanvasAgg(figure)
     with applied():
-        # Laid out once: the formats measure type differently.
+        # Laid out once for all formats, which measure text differently.
         figure.draw_without_rendering()
-        # Not "none", with which every format would be drawn twice.
+        # With "none" in place of None every format would be drawn twice.
         figure.set_layout_engine(None)
         for path in map(Path, paths):
             with write_atomically(path) as temporary:

@@ -52,7 +52,7 @@ def step_size_analysed(evidence: Evidence) -> Finding:
 def longer_with_friction(evidence: Evidence) -> Finding:
     rows, locked = evidence.slipping(), evidence.locking()
     onset, until = rows["x0_slip"].to_numpy(), locked["x0_trail"].to_numpy()
-    # Points on one level are in one state.
+    # Points on one level of the step grid have the same last sticking state.
     bent = bending_at_the_last_state(rows.drop_duplicates("x0_max"))
     quantities = ends("exact onset", onset, "L") | ends("energy", bent.energy, ENERGY)
     if not rises(onset) or (np.diff(rows["x0_max"]) < 0.0).any():
@@ -152,7 +152,7 @@ def line_contact(evidence: Evidence) -> Finding:
     theta, eta, x1 = (float(evidence.state[name]) for name in ("theta", "eta", "x1"))
     lying = solve_state(theta, eta, x1, Contact.LINE)
     quantities = {
-        f"of {len(points)} points of Figures 6 and 7, those that penetrate": (passing, "1"),
+        f"points that penetrate, of {len(points)} in Figures 6 and 7": (passing, "1"),
         "f in tip contact": (evidence.state["f"], "E*I0/L^2"),
         "f in line contact": (lying.f, "E*I0/L^2"),
     }

@@ -27,9 +27,9 @@ class Evidence:
     Attributes
     ----------
     taper : DataFrame
-        Grid points of Figure 6, by μ0, then θ.
+        Grid points of Figure 6, ordered by μ0, then θ.
     friction : DataFrame
-        Grid points of Figure 7, by μ0.
+        Grid points of Figure 7, ordered by μ0.
     scan : DataFrame
         Steps of the scans of Figures 3 to 5.
     state : mapping
@@ -60,9 +60,9 @@ class Evidence:
         return self.friction[self.friction["status"] == "slip"]
 
     def locking(self) -> pd.DataFrame:
-        """Grid points of Figure 7 whose rod buckles laterally, trails, and slips when it is pulled.
+        """Grid points of Figure 7 where the rod buckles laterally and trails until its tip slips.
 
-        The column ``dragged`` is the length of a later period (L).
+        The added column ``dragged`` is the length of each later period (L).
         """
         rows = self.friction[self.friction["status"] == "lock"]
         return rows.assign(dragged=rows["x0_trail"] - 2.0 * rows["x0_end"])
@@ -72,12 +72,12 @@ class Evidence:
         return [rows for _, rows in self.scan.groupby(["theta", "mu0"])]
 
     def first_periods(self) -> list[pd.DataFrame]:
-        """Split the steps of the first periods of sticking by scan."""
+        """Split the steps of the first period of sticking by scan."""
         first = self.scan[(self.scan["cycle"] == 1) & (self.scan["phase"] == "stick")]
         return [rows for _, rows in first.groupby(["theta", "mu0"])]
 
     def of_scans(self, value: Callable[[pd.DataFrame], float]) -> pd.DataFrame:
-        """Value of the steps of each scan: a row for each θ, a column for each μ0."""
+        """Apply `value` to the steps of each scan: a row for each θ, a column for each μ0."""
         return self.scan.groupby(["theta", "mu0"])[self.scan.columns].apply(value).unstack()
 
     def scan_lengths(self) -> pd.DataFrame:
@@ -85,7 +85,7 @@ class Evidence:
         return self.of_scans(lambda rows: rows["footpoint"].iloc[-1])
 
     def cycle_counts(self) -> pd.DataFrame:
-        """Stick-slip cycles of each scan."""
+        """Stick-slip cycles in each scan, counted."""
         return self.of_scans(lambda rows: rows["cycle"].iloc[-1])
 
     def slip_lengths(self) -> pd.DataFrame:
@@ -99,13 +99,13 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     Parameters
     ----------
     names : mapping
-        Names of the data, as in `vibrissa.study.claims.Claims`.
+        Names of the grids, the scan and the state, as in `vibrissa.study.claims.Claims`.
 
     Raises
     ------
     TableError
-        If a row failed or locks where the paper has a period of sticking, or if a trailing rod was
-        not followed up to its slip.
+        If a row has a status that `SOURCES` does not allow; if Figure 7 has no point above μ_lock,
+        or one at which the slip of the trailing rod is unknown.
     """
     found = {}
     for key, (table, column, allowed) in SOURCES.items():
@@ -140,7 +140,7 @@ def bending_of_steps(rows: pd.DataFrame) -> Bending:
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
     """Bending of rods that have buckled laterally, in the last sticking state.
 
-    It equals that of the mirror image, in which the clamp pulls the tip.
+    Computed from the mirror image of this state, in which the clamp pulls the tip.
     """
     x0 = 2.0 * rows["x0_end"] - rows["x0_trail"]
     return _bending(rows, rows["f_trail"], -rows["alpha_trail"], x0)

@@ -1,4 +1,4 @@
-"""Functions that several claims use."""
+"""Functions by which several statements are judged."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ HOLDS, CONDITION, AMBIGUOUS, CONTRADICTED = Verdict
 EXAMPLE = Rod(youngs_modulus=2.1e11, base_diameter=5e-3, length=0.1)
 # Unit of energies and moments.
 ENERGY = "E*I0/L"
-# Residual of a state, and of what follows from it, that counts as none.
+# Residuals and differences below this count as zero.
 NEGLIGIBLE = 1e-9
 # Measures of bending, by their names.
 MEASURES = {
@@ -38,19 +38,19 @@ WIDE_TAPERS = np.arange(1.0, 20.5, 0.5)
 
 @lru_cache(maxsize=4)
 def wide_sweep(eta: float) -> tuple[StickingCurve, ...]:
-    """Sticking curves of the tapers of `WIDE_TAPERS` in tip contact."""
+    """Solve the equilibrium paths of `WIDE_TAPERS` in tip contact; omit those that fail."""
     curves = collocation.solve_curves(WIDE_TAPERS, np.full_like(WIDE_TAPERS, eta))
     return tuple(curve for curve in curves if curve.status is Status.SOLVED)
 
 
 def spread(what: str, values: ArrayLike, unit: str) -> Quantities:
-    """Smallest and largest of some values, as quantities."""
+    """Return the smallest and the largest value as quantities."""
     found = np.asarray(values)
     return {f"smallest {what}": (found.min(), unit), f"largest {what}": (found.max(), unit)}
 
 
 def ends(what: str, values: ArrayLike, unit: str) -> Quantities:
-    """First and last of values over μ0, as quantities."""
+    """Return the first and the last of values that are ordered by μ0, as quantities."""
     first, *_, last = np.asarray(values)
     return {f"{what} at the smallest μ0": (first, unit), f"{what} at the largest": (last, unit)}
 
@@ -63,7 +63,7 @@ def judged(
     ambiguous: bool = False,
     reason: str = "",
 ) -> Finding:
-    """Judge by the first flag that is true; the statement holds if none is."""
+    """Return the verdict of the first flag that is true; the statement holds if none is true."""
     verdicts = {CONTRADICTED: contradicted, CONDITION: condition, AMBIGUOUS: ambiguous}
     verdict = next((verdict for verdict, applies in verdicts.items() if applies), HOLDS)
     return Finding(verdict=verdict, quantities=quantities, reason=reason)
@@ -76,7 +76,7 @@ def rises(values: FloatArray | pd.DataFrame, *axes: int) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """The straight line through points: slope, R², and the largest deviation of a point from it."""
+    """A straight line fitted to points: its slope, R², and the largest deviation of a point."""
 
     slope: float
     r_squared: float
@@ -95,14 +95,14 @@ def line_fit(x: FloatArray, y: FloatArray) -> Line:
 
 
 def neighbours(series: Sequence[Bending]) -> tuple[Bending, Bending]:
-    """Adjacent rods of several series: all but the last of each, and their successors."""
+    """Pair adjacent rods of each series: return all rods but the last, and their successors."""
     before = [rods.take(np.arange(len(rods) - 1)) for rods in series]
     after = [rods.take(np.arange(1, len(rods))) for rods in series]
     return Bending.concatenate(before), Bending.concatenate(after)
 
 
 def by_bending(what: str, before: Bending, after: Bending, quantities: Quantities) -> Finding:
-    """Judge whether each rod is bent more after than before, by every measure of bending."""
+    """Judge by each measure whether every rod is bent more in `after` than in `before`."""
     more = [name for name, one in MEASURES.items() if (one(after) > one(before)).all()]
     others = ", ".join(name for name in MEASURES if name not in more)
     reason = f"{what} as measured by {', '.join(more)}, but not throughout by {others}"

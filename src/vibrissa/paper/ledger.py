@@ -15,7 +15,7 @@ from vibrissa.paper.evidence import Evidence
 from vibrissa.tables.schemas import CLAIMS, NONE
 from vibrissa.wording import markdown_table
 
-# What the ledger says above its table, and its columns.
+# Text above the table of the ledger, and heads of its columns.
 UNITS = (
     "Where no other unit is given, lengths are in units of the rod's length L, forces in E·I0/L², "
     "moments and energies in E·I0/L."
@@ -34,10 +34,10 @@ class Verdict(StrEnum):
     HOLDS
         The statement is true.
     CONDITION
-        It is true under the condition in the reason, and not otherwise.
+        The statement is true only under the condition that the reason gives.
     AMBIGUOUS
-        It has several readings, of which one is true and another false; or the computed data
-        cannot decide it.
+        The statement is true in one reading and false in another, or the computed data cannot
+        decide it.
     CONTRADICTED
         The statement is false.
     """
@@ -48,7 +48,7 @@ class Verdict(StrEnum):
     CONTRADICTED = "contradicted"
 
     def counted(self, number: int) -> str:
-        """Write how many statements have this verdict, as in ``1 holds`` and ``2 hold``."""
+        """Format the number of statements with this verdict, as in ``1 holds`` and ``2 hold``."""
         return f"{number} {self if number == 1 else self.replace('holds', 'hold')}"
 
 
@@ -56,7 +56,7 @@ class Verdict(StrEnum):
 class Finding:
     """Verdict on one statement, the value and unit of each computed quantity, and the reason.
 
-    An empty reason stands for that of `statements.toml` for the verdict.
+    If the reason is empty, `statements.toml` has the reason of the verdict.
     """
 
     verdict: Verdict
@@ -79,7 +79,7 @@ class Claim:
 
 
 def judges(name: str) -> Callable[[Callable[[Evidence], Finding]], Claim]:
-    """Register the function that judges the statement of this name."""
+    """Return a decorator that makes a `Claim` of the function that judges the statement `name`."""
     return lambda compute: Claim(name=name, texts=_STATEMENTS[name], compute=compute)
 
 
@@ -111,7 +111,7 @@ def claims_table(
 
 
 def markdown(table: pa.Table) -> str:
-    """Ledger in Markdown, of a table with the schema `CLAIMS`."""
+    """Format a table with the schema `CLAIMS` in Markdown."""
     rows = (
         (
             row["section"],
@@ -134,7 +134,7 @@ def markdown(table: pa.Table) -> str:
 
 
 def summary(table: pa.Table) -> str:
-    """Numbers of statements, in all and by verdict, as text."""
+    """Format the number of statements, in total and by verdict."""
     counts = verdict_counts(table.column("verdict").to_pylist())
     return f"{len(table)} statements: {', '.join(one.counted(n) for one, n in counts.items())}"
 

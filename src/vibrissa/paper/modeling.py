@@ -1,4 +1,4 @@
-"""Claims of the paper's abstract and Sections II and III, up to the model."""
+"""Claims of the paper's abstract and of its Sections II and III, up to the model."""
 
 import math
 
@@ -16,7 +16,7 @@ from vibrissa.sticking.solving import shooting
 
 # The force on the example rod, in units of E·I0/L² and in N.
 EXAMPLE_F, EXAMPLE_FORCE = 10.86, 7000.0
-# Half of the last digit of f, and rounding.
+# Relative tolerance: half a unit in the last digit of f, and rounding.
 EXAMPLE_TOLERANCE = 0.005 / EXAMPLE_F + 1e-4
 # Tensile strength of music wire, ASTM A228, the strongest of the wrought carbon steels, in Pa:
 # https://www.makeitfrom.com/material-properties/ASTM-A228-SWP-A-K08500-Music-Wire
@@ -81,7 +81,7 @@ def example_rod(evidence: Evidence) -> Finding:
 
 
 def printed_diameter(s: float, theta: FloatArray) -> FloatArray:
-    """Equation (1) as printed, in units of d0, with d1 = d0/θ put in."""
+    """Diameter by equation (1) as printed, with d1 = d0/θ, in units of d0."""
     return 1.0 - (1.0 - 1.0 / theta**2) * s
 
 
@@ -171,7 +171,7 @@ def default_shooting(evidence: Evidence) -> Finding:
         shot = np.array([state.f for state in walk[: steps + 1]])
         errors.append(float(np.abs(shot / rows["f"].to_numpy()[: len(shot)] - 1.0).max()))
     quantities = {
-        f"of {len(off)} periods, those with another number of steps": (np.count_nonzero(off), "1"),
+        f"periods with a wrong number of steps, of {len(off)}": (np.count_nonzero(off), "1"),
         "largest difference in steps": (max(off), "1"),
         "largest error of f": (100 * max(errors), "%"),
     }

@@ -1,4 +1,4 @@
-"""Figures of the paper beside those of its study, with the paper's printed description."""
+"""Comparison of the paper's figures, as printed and described, with those of its study."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ NOT_PRINTED = "not known: the paper prints no result in numbers"
 
 @dataclass(frozen=True, kw_only=True)
 class Reproduced:
-    """A part of the paper: its figures in the study, and the statements about it.
+    """A part of the paper, such as a figure: its reproduction, and the statements about it.
 
     Attributes
     ----------
     outcome : str
-        Whether it is reproduced, and what came out.
+        Whether it is reproduced, with the computed result.
     difference : str
-        Largest difference from what the paper prints, if it prints a result.
+        Largest difference from the printed result, if the paper prints one.
     """
 
     name: str
@@ -66,6 +66,6 @@ def reproduced(evidence: Evidence) -> list[Reproduced]:
 
 
 def _cycles(scan: pd.DataFrame, mu0: float) -> str:
-    """Count the rods and the cycles of the scans over one friction."""
+    """Format the numbers of rods and of cycles in the scans with one μ0."""
     rows = scan[scan["mu0"] == mu0]
     return f"yes: {rows['theta'].nunique()} rods, {rows['cycle'].max()} cycles each"

@@ -26,9 +26,9 @@ from vibrissa.paper.judging import (
 from vibrissa.paper.ledger import Finding, Quantities, judges
 from vibrissa.sticking.api import solve_curve
 
-# "A few" steps are at most so many.
+# Largest number of steps that counts as "a few".
 FEW = 10
-# Least share of the variance that a straight line explains where a correlation seems linear.
+# Smallest R² of a straight line at which a relation seems linear.
 SEEMS_LINEAR = 0.99
 
 
@@ -292,7 +292,7 @@ def periods_repeat(evidence: Evidence) -> Finding:
     columns = ["f", "alpha", "reaction_m", "phi1"]
     worst = 0.0
     for rows in evidence.scans():
-        # Without the state at the very beginning, which no cycle before it ends with.
+        # Without the first row: each later cycle starts from the slip that ends the cycle before.
         first, *others = (cycle[columns].to_numpy() for _, cycle in rows.iloc[1:].groupby("cycle"))
         if any(other.shape != first.shape for other in others):
             return judged({}, contradicted=True)

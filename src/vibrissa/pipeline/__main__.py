@@ -1,6 +1,6 @@
 """Snakemake with this workflow: ``python -m vibrissa.pipeline`` takes the options of ``snakemake``.
 
-Ctrl-C and SIGTERM end its jobs, too.
+Ctrl-C and SIGTERM also end its jobs.
 """
 
 import os
@@ -18,7 +18,7 @@ def main(arguments: list[str]) -> int:
     """Run the workflow with Snakemake's arguments; return the exit status."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
-    command += ["--workflow-profile", str(PROFILE), *arguments]  # the last profile counts
+    command += ["--workflow-profile", str(PROFILE), *arguments]  # the last profile wins
     child = None
     try:
         # In a session of its own Snakemake gets each signal once.
@@ -27,8 +27,8 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     if child is not None:
-        # Snakemake takes its jobs out of a cluster's queue at SIGINT, and waits for those that run
-        # here: SIGTERM ends them, and a Snakemake that is still loading, without a word.
+        # On SIGINT Snakemake removes its jobs from a cluster's queue, but waits for local jobs.
+        # SIGTERM ends local jobs, and also, silently, a Snakemake that is still loading.
         with suppress(ProcessLookupError):
             os.killpg(child.pid, signal.SIGTERM)
             child.send_signal(signal.SIGINT)

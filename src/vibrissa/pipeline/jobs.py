@@ -10,11 +10,11 @@ from vibrissa.errors import DamagedTableError, VibrissaError
 
 @contextmanager
 def logged(log: str | Path) -> Iterator[None]:
-    """Log what a job prints; if the job fails, end it with status 1 and the reason.
+    """Redirect the output of a job to its log; on an error, log the reason and exit with status 1.
 
-    A damaged table is named and removed.
+    A damaged table is removed, and the log names it.
     """
-    # Until the process ends, so that Python shows a mistake in the program there, too.
+    # Redirected until the process ends, so that a traceback goes to the log, too.
     sys.stdout = sys.stderr = output = open(log, "w", buffering=1, encoding="utf-8")
     try:
         yield

@@ -1,4 +1,4 @@
-"""Whether the results of a study are current: made by this code from this study file."""
+"""Check that the results of a study are current: made by this code from this study file."""
 
 import subprocess
 import sys
@@ -10,12 +10,12 @@ from vibrissa.pipeline.places import PAPER, SNAKEFILE
 from vibrissa.study.model import Study
 from vibrissa.tables import store
 
-# What Snakemake says where it would make nothing.
+# Output of a dry run of Snakemake if all results are current.
 CURRENT = "Nothing to be done"
 
 
 def need_current(study: Study, study_file: Path, tables: Sequence[str] = ()) -> None:
-    """Refuse results that are older than the code or the study file, or of another study file.
+    """Refuse results older than the code or the study file, or made from another study file.
 
     Parameters
     ----------

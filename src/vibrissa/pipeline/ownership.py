@@ -10,7 +10,7 @@ from vibrissa.pipeline.places import near
 from vibrissa.study.reading import name_in
 
 RECORD = "study_file.txt"
-# Open, and thereby locked, until the process ends.
+# Record files, kept open, and thereby locked, until the process ends.
 _held: list[IO[str]] = []
 
 
@@ -20,7 +20,7 @@ def check(results: Path, study_file: Path) -> None:
     Raises
     ------
     StudyError
-        If the folder belongs to another file whose key `study` still names it.
+        If the folder belongs to another study file, which exists and has the same key `study`.
     """
     record = results / RECORD
     owner = Path(record.read_text(encoding="utf-8").strip()) if record.is_file() else study_file
@@ -33,10 +33,10 @@ def check(results: Path, study_file: Path) -> None:
 
 
 def claim(results: Path, study_file: Path) -> None:
-    """Write down the study file of a folder of results, and lock the folder until the end.
+    """Record the study file in a folder of results, and lock the folder until the process ends.
 
-    The kernel drops a lock when its holder dies, so that a run that was killed leaves none. What
-    its jobs had begun to write is removed.
+    The kernel releases the lock when the process dies, so that a killed run leaves none. Temporary
+    files of the jobs of a killed run are removed.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Text of the report: the results, the points without a result, and the study's settings."""
+"""Texts of the report: results, points without a result, claims, and software."""
 
 import platform
 import re
@@ -21,13 +21,13 @@ from vibrissa.tables.counts import counts_by_status, sentence
 from vibrissa.tables.query import Readable
 from vibrissa.wording import counted
 
-# Reasons for rows without a result that are listed of each table.
+# Largest number of reasons for missing results that are listed for each table.
 MOST_REASONS = 40
 LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "snakemake")
 
 
 def summary(found: Mapping[str, Readable]) -> dict[str, str]:
-    """Facts about the tables, as texts by their names."""
+    """Return counts by status, and the largest residual, as texts by name."""
     lines = sentence(counts_by_status(found)).splitlines()
     facts = dict(line.split(": ") for line in lines)
     residuals = [
@@ -59,7 +59,7 @@ def troubles(found: Mapping[str, Readable]) -> list[str]:
 
 
 def claim_rows(claims: Readable) -> list[dict[str, Any]]:
-    """Rows of the ledger, with the texts of ``quantities``, ``figures`` and an ``anchor``."""
+    """Return the rows of the ledger, with ``figures``, ``anchor`` and formatted ``quantities``."""
     figures = {claim.name: claim.texts["figures"] for claim in CLAIMS}
     rows = query.frame(claims, claims.schema.names).to_dict("records")
     for row in rows:
@@ -73,12 +73,12 @@ def claim_rows(claims: Readable) -> list[dict[str, Any]]:
 
 
 def anchor(claim: str) -> str:
-    """Name the place of a statement on the page."""
+    """Return the HTML id of a statement on the page."""
     return "statement-" + re.sub(r"\W+", "-", claim)
 
 
 def origins(found: Mapping[str, Readable]) -> list[tuple[str, int, str, str]]:
-    """Read from the tables' files which code made them: name, rows, version and commit of each."""
+    """List each table's name, number of rows, and version and commit of the code that made it."""
     rows = []
     for name, table in found.items():
         told = table.schema.metadata or {}
@@ -90,7 +90,7 @@ def origins(found: Mapping[str, Readable]) -> list[tuple[str, int, str, str]]:
 
 
 def environment() -> dict[str, str]:
-    """Versions of the software by name; neither the machine's name nor any path."""
+    """Return versions of the software by name, without the machine's name or paths."""
     return {
         "vibrissa": f"{__version__}, commit {commit()}",
         "Python": platform.python_version(),

@@ -16,26 +16,26 @@ from vibrissa.tables import query
 from vibrissa.tables.query import Readable
 from vibrissa.wording import counted, figure_name
 
-# What a page can carry: rows of all scans together, and scans.
+# Largest number of rows of all scans together in a page, and of scans.
 MOST_ROWS, MOST_SCANS = 12_000, 60
-# Positions (L), forces and moments have as many decimals as can be seen.
+# Decimals of positions (L), forces and moments: further ones cannot be seen.
 DECIMALS = 5
 COLUMNS = {"clamp": "footpoint", "fx": "reaction_fx", "fy": "reaction_fy", "m": "reaction_m"}
-# Rows that a figure shows, by its name.
+# Selection of the rows of each figure, by the figure's name.
 Selections: TypeAlias = Mapping[str, Mapping[str, Any]]
 
 
 def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Preset, ...], str]:
-    """Choose the presets of the explorer in the report of a study, with a note on omitted scans.
+    """Choose the presets of the explorer in the report; return them and a note on omitted scans.
 
-    It offers the first `MOST_SCANS` scans that are mounted as in the paper and within the range of
-    the page's fields, thinned out, each named by its most specific figure; or else the
-    explorer's own presets.
+    The presets are the first `MOST_SCANS` scans with the ideal mounting and with parameters within
+    the ranges of the page's fields. Their steps are thinned out, and each scan is named by its most
+    specific figure. Without such scans, the explorer's own presets are returned.
     """
     scans = _solved(found["scans"]) if "scans" in found else []
     offered = [scan for scan in scans if _is_repeatable(scan.iloc[0])][:MOST_SCANS]
     lost = len(scans) - len(offered)
-    why = f"at most {MOST_SCANS} are shown, ideally mounted, within the ranges of the fields"
+    why = f"the explorer shows at most {MOST_SCANS}, ideally mounted, within its fields' ranges"
     note = f"Not offered: {counted(lost, 'scan')}; {why}." if lost else ""
     if not offered:
         return (*PAPER, *MOUNTED), note
@@ -49,7 +49,7 @@ def _is_repeatable(step: pd.Series) -> bool:
 
 
 def _solved(scans: Readable) -> list[pd.DataFrame]:
-    """Rows of each scan that has a result."""
+    """Split the rows by scan, without scans that have no result."""
     rows = query.frame(scans, scans.schema.names)
     rows = rows[rows["footpoint"].notna()]
     groups = rows.groupby([*SCAN, *MOUNTING_AXES, "curvature_powers"], sort=False, dropna=False)
@@ -84,7 +84,7 @@ def _preset(
 
 
 def _figure_of(scan: pd.Series, figures: Selections) -> str:
-    """Name of the figure that selects a scan by the most keys; without one, of its section."""
+    """Name the figure that selects a scan by the most keys, or else the scan's section."""
     showing = {
         name: len(selection)
         for name, selection in figures.items()

@@ -14,7 +14,7 @@ if (tabs.length) {
 }
 if (matchMedia("(max-width: 48rem)").matches) document.querySelector("#motion details").open = false;
 
-// A filter shows the statements of one verdict; pressed again, or another one, all of them.
+// A filter shows the statements of one verdict; pressed again, it shows all statements.
 const filters = all("[data-verdict]");
 function filter(verdict) {
   for (const one of filters) one.setAttribute("aria-pressed", String(one.dataset.verdict === verdict));

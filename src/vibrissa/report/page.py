@@ -1,4 +1,4 @@
-"""The results of a study as one web page, made of tables and texts alone."""
+"""The report of a study: one web page made from its tables, figures and texts."""
 
 import base64
 import re
@@ -40,7 +40,7 @@ class Picture:
 
     @property
     def is_wide(self) -> bool:
-        """Whether a figure needs the width of the page, by the size in the header of its file."""
+        """Whether the figure takes the page's width, by the size in the header of its PNG."""
         width, height = struct.unpack(">II", self.png[16:24])
         return bool(width > 1.6 * height)
 
@@ -52,14 +52,14 @@ class Picture:
 
 @dataclass(frozen=True, kw_only=True)
 class About:
-    """Data of the report beside the tables and the figures.
+    """Data of the report other than tables and figures.
 
     Attributes
     ----------
     claims : mapping of str
-        As in the study file; empty where it has none.
+        Key `claims` of the study file; empty if it has none.
     study_file : tuple of str
-        Its name and text.
+        Name and text of the study file.
     """
 
     study: str
@@ -70,10 +70,10 @@ class About:
 
 
 def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture]) -> str:
-    """Write the page, HTML that refers to nothing outside itself.
+    """Return the page as HTML without external references.
 
-    Tables are ``stiction`` and, where there are any, ``scans``, ``states``, ``comparisons`` and
-    ``claims``.
+    `found` has the tables by name: ``stiction`` and, if the study has them, ``scans``, ``states``,
+    ``comparisons`` and ``claims``.
     """
     claims = facts.claim_rows(found["claims"]) if "claims" in found else []
     parts = reproduced(gather(found, about.claims)) if about.claims else []

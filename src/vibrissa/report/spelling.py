@@ -1,4 +1,4 @@
-"""Names and numbers as a reader finds them on the page."""
+"""Formatting of names and numbers for the page."""
 
 import math
 import re
@@ -7,19 +7,19 @@ from typing import Any
 from vibrissa.outcomes import NO_RESULT
 from vibrissa.tables import frames, schemas
 
-# "theta" comes before the "eta" in it.
+# "theta" must come before "eta", which it contains.
 GREEK = {"theta": "θ", "eta": "η", "mu": "μ", "alpha": "α", "phi": "φ"}
 
 
 def symbol(column: str) -> str:
-    """Name of a table's column with Greek letters."""
+    """Return the name of a table's column with Greek letters."""
     for name, letter in GREEK.items():
         column = column.replace(name, letter)
     return column
 
 
 def spell(value: Any, digits: int = 5) -> str:
-    """Spell a value of a table: some digits, a true minus sign, and a dash for nothing."""
+    """Format a value of a table with a true minus sign; a missing value is a dash."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "–"
     if isinstance(value, str):
@@ -34,5 +34,5 @@ def spell(value: Any, digits: int = 5) -> str:
 
 
 def spell_unit(unit: str) -> str:
-    """Spell the unit of a table's column; nothing for a plain number."""
+    """Format the unit of a table's column; empty if dimensionless."""
     return "" if unit == schemas.NONE else frames.spell_unit(unit)

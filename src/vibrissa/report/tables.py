@@ -12,9 +12,9 @@ from vibrissa.tables import query
 from vibrissa.tables.query import Readable
 from vibrissa.wording import figure_name
 
-# Rows of a table that are shown.
+# Largest number of rows that are shown of each table.
 MOST_ROWS = 40
-# Decimals of a load on the clamp; beyond is rounding.
+# Decimals of a load on the clamp; further ones are rounding errors.
 DECIMALS = 9
 
 POINT = ("theta", "mu0", "eta", "dx0")
@@ -80,7 +80,7 @@ def sections(found: Mapping[str, Readable]) -> list[Section]:
         title, columns = SHOWN[name]
         mounting = [axis for axis in MOUNTING_AXES if axis in table.schema.names]
         if name == "scans":
-            note = "cycle, x0: the largest; loads on the clamp: the least and the greatest."
+            note = "cycle, x0: largest value; loads on the clamp: smallest and largest value."
             rows = _scans(table, (*columns, *mounting))
         else:
             note = ""
@@ -91,7 +91,7 @@ def sections(found: Mapping[str, Readable]) -> list[Section]:
 
 
 def _scans(table: Readable, columns: Sequence[str]) -> pd.DataFrame:
-    """Cycles, largest x0, and least and greatest load on the clamp of each scan."""
+    """Return the number of cycles, largest x0 and range of the loads on the clamp of each scan."""
     rows = query.frame(table, columns)
     loads = {name: _range for name in REACTIONS}
     kept = {"status": "first", "cycle": "max", "x0": "max", **loads}
@@ -107,7 +107,7 @@ def _range(values: pd.Series) -> str:
 def _section(
     table: Readable, rows: pd.DataFrame, names: Sequence[str], title: str, note: str
 ) -> Section:
-    """Section of some columns; its note has the values that are equal in all rows."""
+    """Make a section; columns with one value in all rows are moved to its note."""
     columns = [_column(table, name, rows[name].astype(object)) for name in names]
     same = [column for column in columns if len(column.cells) > 1 and len({*column.cells}) == 1]
     if equal := [f"{one.name} = {one.cells[0]}" for one in same if one.cells[0] != "–"]:
@@ -117,7 +117,7 @@ def _section(
 
 
 def _column(table: Readable, name: str, values: Iterable[Any]) -> Column:
-    """Column of a table with the unit and the description of its schema."""
+    """Make a column with the unit and the description in the table's schema."""
     about = table.schema.field(name).metadata
     digits = 2 if name == "residual" else 5
     named = figure_name if name in ("grid", "scan", "state", "comparison") else str

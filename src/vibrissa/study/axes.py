@@ -12,9 +12,9 @@ from vibrissa.study.sections import Section
 
 Value: TypeAlias = float | tuple[float, ...]
 Values: TypeAlias = tuple[Value, ...]
-# Longer axes are typing errors: 10^6 points are three axes of 100.
+# Largest number of values of an axis; a longer axis is taken for a typing error.
 LONGEST_AXIS = 1_000_000
-# Values of an axis that a text lists; of more it has the first and the last.
+# Largest number of values that a text lists; of a longer axis it has the first and the last.
 LISTED = 10
 
 
@@ -26,7 +26,7 @@ def _no_flag(written: Any) -> Any:
 
 
 def _trimmed(coefficients: list[float]) -> Value:
-    """Leave out the zeros at the end of a polynomial; a constant is a number."""
+    """Drop trailing zero coefficients; return a constant polynomial as a number."""
     first, *powers = coefficients
     while powers and not powers[-1]:
         powers.pop()
@@ -34,7 +34,7 @@ def _trimmed(coefficients: list[float]) -> Value:
 
 
 def in_list(written: Any) -> Any:
-    """Return a list as it is, and anything else as a list of one."""
+    """Return a list unchanged, and put any other value into a list."""
     return written if isinstance(written, list) else [written]
 
 
@@ -56,15 +56,15 @@ _Polynomial: TypeAlias = Annotated[
 
 
 class Range(Section):
-    """Values in equal steps."""
+    """Equally spaced values of an axis."""
 
     start: _Number = Field(description="first value")
     stop: _Number = Field(description="last value, a whole number of steps from the first")
-    step: _Positive = Field(description="distance of two values")
+    step: _Positive = Field(description="distance between two values")
 
     @property
     def values(self) -> list[float]:
-        """Values from start to stop, both included, in equal steps of exact decimals."""
+        """Values from start to stop, both included, computed in exact decimals."""
         first, last, by = exact(self.start), exact(self.stop), exact(self.step)
         steps = Fraction(last - first) / Fraction(by)
         if steps >= LONGEST_AXIS:
@@ -78,7 +78,7 @@ class Range(Section):
 
 
 def _expanded(written: Any) -> Any:
-    """List the values of a range, or a single value."""
+    """Return the values of a range as a list, and put a single value into a list."""
     if isinstance(written, Mapping):
         return Range.model_validate(written).values
     return in_list(written)
@@ -90,7 +90,7 @@ def _ordered(values: Sequence[Value]) -> Values:
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis of the grids; as an annotation, the type of its values in a study file.
+    """An axis of a grid. As a type annotation it validates the axis's values in a study file.
 
     Attributes
     ----------
@@ -113,11 +113,11 @@ class Axis:
         )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
-        """Describe the key of the axis."""
+        """Add the meaning of the axis to the JSON Schema as its description."""
         return {**handler(schema), "description": self.meaning}
 
 
-# The four numbers of a grid point, and how its rod is mounted (in the paper: 0).
+# The four parameters of a grid point, then the four of its rod's mounting (0 in the paper).
 AXES: Mapping[str, Axis] = {
     "theta": Axis("taper factor, diameter of base over tip, from 1", Theta),
     "mu0": Axis("coefficient of static friction, above 0", _Positive),
@@ -138,16 +138,16 @@ MOUNTING_AXES = tuple(AXES)[4:]
 
 
 def sortable(value: float | Sequence[float]) -> tuple[float, ...]:
-    """Sort key of a value: its constant, then the other coefficients."""
+    """Return the coefficients of a value, for sorting; a number is one coefficient."""
     return (value,) if isinstance(value, int | float) else tuple(value)
 
 
 def spell_value(value: Value) -> str:
-    """Spell a value without exponent; of a polynomial ``0.1,-0.3``."""
+    """Format a value without exponent; a polynomial as in ``0.1,-0.3``."""
     return ",".join(spell(exact(number)) for number in sortable(value))
 
 
 def spell_values(values: Sequence[Value]) -> str:
-    """Spell the values of an axis, of many the first and the last."""
+    """Format the values of an axis; of more than `LISTED` values, the first and the last."""
     texts = list(map(spell_value, values))
     return ", ".join(texts) if len(texts) <= LISTED else f"{texts[0]} to {texts[-1]}"

@@ -1,6 +1,6 @@
 """Chunks: the parts of a grid that one job solves, and that one file holds.
 
-An axis is cut from its first value on: appending values to it leaves all full chunks unchanged.
+Axes are cut from their first value on, so that values appended to an axis change no full chunk.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,15 +12,15 @@ import numpy as np
 
 from vibrissa.study.axes import MOUNTING_AXES, Values, sortable, spell_value
 
-# The axes in the order of the rows of a table, the last one runs fastest.
+# Order of the axes in the rows of a table; the last axis varies fastest.
 ROW_ORDER = ("eta", "theta", *MOUNTING_AXES, "dx0", "mu0")
-# Values of each axis in a chunk, if the study file does not say otherwise: all friction values
-# and steps, which cost little, and so many rods that a job takes seconds to some minutes.
+# Default number of values of each axis in a chunk: a job then takes seconds to some minutes.
+# Friction and step are not cut, as their points cost little.
 SIZES = {"theta": 128, "eta": 16, **dict.fromkeys(MOUNTING_AXES, 8)}
 # The paper's own method takes ten seconds and more for each rod and step.
 SIZES_BY_STEP = {"theta": 1, "eta": 1}
-# What a cluster is asked for: seconds for a rod at most (usually 5 to 20 ms; with a small eta or a
-# strong taper more), by shooting for a rod and step; microseconds for a point; the start of a job.
+# Times requested from a cluster (s), which are upper bounds: for a rod (usually 5 to 20 ms; more
+# with a small eta or a strong taper), a rod and step by shooting, a point, the start of a job.
 ROD, ROD_BY_STEP, POINT, START = 0.3, 120.0, 15e-6, 300.0
 
 
@@ -33,18 +33,18 @@ class Chunk:
 
     @property
     def name(self) -> str:
-        """Grid and first values, as in ``taper/theta1_eta0.85``: appended values change no name."""
+        """Grid and first values, as in ``taper/theta1_eta0.85``; appended values do not matter."""
         mounted = [axis for axis in MOUNTING_AXES if self.axes[axis] != (0.0,)]
         first = {axis: spell_value(self.axes[axis][0]) for axis in ("theta", "eta", *mounted)}
         return f"{self.grid}/{'_'.join(axis + value for axis, value in first.items())}"
 
     def part(self, solver: Mapping[str, str]) -> str:
-        """All that determines the rows of the chunk, as text for the metadata of its file."""
+        """Return all inputs of the chunk's rows, as text for the metadata of its file."""
         lines = {"grid": self.grid, **self.axes, **solver}
         return "".join(f"{key}: {value}\n" for key, value in lines.items())
 
     def minutes(self, by_step: bool) -> int:
-        """Minutes to request from a cluster; `by_step`: shooting solves every step."""
+        """Return the minutes to request from a cluster; `by_step`: each Δx0 is solved by itself."""
         rods = number_of_rods(self.axes)
         points = rods * len(self.axes["mu0"]) * len(self.axes["dx0"])
         seconds = ROD_BY_STEP * rods * len(self.axes["dx0"]) if by_step else ROD * rods
@@ -63,7 +63,7 @@ def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -
 
 
 def points_of(axes: Mapping[str, Values]) -> list[dict[str, Any]]:
-    """All points of a grid, by axis."""
+    """List the points of a grid, each as a mapping from axis to value."""
     return [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
 
 
@@ -78,9 +78,10 @@ def number_of_points(axes: Mapping[str, Values]) -> int:
 
 
 def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
-    """Return the axis columns at `rows` of a chunk, numbers of rows in the order `ROW_ORDER`.
+    """Return the columns of the axes at `rows` of a chunk, row numbers in the order `ROW_ORDER`.
 
-    A polynomial curvature has its constant in one column, and the other coefficients in another.
+    The constant of a polynomial curvature is in the column ``curvature``, the other coefficients
+    are in ``curvature_powers``.
     """
     shape = [len(axes[axis]) for axis in ROW_ORDER]
     places = dict(zip(ROW_ORDER, np.unravel_index(rows, shape), strict=True))
@@ -93,6 +94,6 @@ def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
 
 
 def spell_powers(curvature: float | Sequence[float]) -> str | None:
-    """Spell the coefficients of a natural curvature after the constant; None if it is constant."""
+    """Format the coefficients of s, s², … in a natural curvature; None if it is constant."""
     powers = sortable(curvature)[1:]
     return ", ".join(map(spell_value, powers)) if powers else None

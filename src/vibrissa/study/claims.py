@@ -10,14 +10,14 @@ from vibrissa.study.axes import Values, spell_values
 from vibrissa.study.figures import unknown_name
 from vibrissa.study.sections import Mistakes, Section
 
-# A copy of the paper's study that is changed in another way than the statements allow.
-REMEDY = "or remove the key `claims`: a study needs none"
+# Second remedy in messages: the study may be a copy of the paper's study that was changed.
+REMEDY = "or remove the key `claims`, which is optional"
 
 
 class Claims(Section):
     """The grids, the scan and the state by which the paper's statements are judged."""
 
-    # The same in the whole paper: the data have no other values.
+    # The paper has one value of each; other values are not allowed.
     setup: ClassVar[dict[str, Values]] = {"eta": (0.85,), "dx0": (0.001,)}
     needed: ClassVar[dict[str, dict[str, Values]]] = {
         "taper": {"theta": (1.0, 2.0, 3.0), "mu0": (0.2, 0.3, 0.4), **setup},
@@ -32,7 +32,7 @@ class Claims(Section):
     state: str = Field(description="name of the state of the paper's Figure 8")
 
     def misfits(self, study: Any) -> Mistakes:
-        """Find what does not fit the study, a `vibrissa.study.model.Study`."""
+        """Find names and values that do not fit the study, a `vibrissa.study.model.Study`."""
         mistakes = Mistakes()
         if (study.contact, study.section) != (Contact.POINT, RodSection.ROUND):
             mistakes.add(f"the statements need contact: point and section: round; {REMEDY}")
@@ -47,7 +47,7 @@ class Claims(Section):
                 if set(values) - set(found) or (axis in self.setup and len(found) > 1):
                     mistakes.add(
                         f"{name!r} has {axis} = {spell_values(found)}, and the statements need "
-                        f"{'only ' * (axis in self.setup)}{spell_values(values)}; change that, "
+                        f"{'only ' * (axis in self.setup)}{spell_values(values)}; change it, "
                         f"{REMEDY}",
                         key,
                     )

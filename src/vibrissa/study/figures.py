@@ -1,4 +1,4 @@
-"""Figures of a study file: what each kind is drawn from, and the keys that it takes."""
+"""Figures of a study file: the kinds of figures, and the data and keys of each kind."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from vibrissa.study.axes import (
 )
 from vibrissa.study.sections import Mistakes, Section
 
-# What a figure is drawn from: key in the study file, and table. With an s the key is the section.
+# Data of a figure: its key in the study file, and its table. The key plus "s" names the section.
 TABLES = {"grid": "stiction", "scan": "scans", "state": "states", "comparison": "comparisons"}
-# Keys of every figure.
+# Keys that every kind of figure takes.
 LOOK = ("kind", "caption", "size", "formats", "axes")
-# Function of a user's script that draws.
+# Name of the drawing function in a user's script.
 DRAW = "draw"
 
 
@@ -32,11 +32,13 @@ class FigureKind:
 
     Attributes
     ----------
+    shows : str
+        What the figure shows, as the start of a caption.
     source : str
-        What it is drawn from: a key of `TABLES`; empty if any is allowed.
+        Data of the figure: a key of `TABLES`; empty if any data are allowed.
     single : tuple of str
-        Axes, beside those of the mounting, of which a figure shows one value; the key of an axis
-        may be left out if the data have one value.
+        Axes of which a figure shows one value; the axes of the mounting are always single. The key
+        of such an axis may be omitted if the data have one value.
     required : str
         A further key that must be given.
     """
@@ -101,7 +103,7 @@ _Axes = create_model(
     **{name: (Annotated[Values | None, axis], None) for name, axis in AXES.items()},  # type: ignore[call-overload]
 )
 _Inch: TypeAlias = Annotated[float, Field(ge=1, le=40)]
-# Data of a figure: the sections with the axes of each grid, scan, state or comparison.
+# Sections of the study file with the data of a figure: grids, scans, states or comparisons by name.
 Sections: TypeAlias = Mapping[str, Any]
 
 
@@ -129,7 +131,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     )
     script: str | None = Field(
         default=None,
-        description=f"Python file of kind script, relative to the study file; its function {DRAW} "
+        description=f"Python file for kind script, relative to the study file; its function {DRAW} "
         "takes the rows as a pandas.DataFrame and returns a matplotlib Figure",
     )
     size: tuple[_Inch, _Inch] | None = Field(
@@ -156,9 +158,9 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         return list(in_list(getattr(self, self.source)))
 
     def params(self) -> dict[str, Any]:
-        """All inputs of the drawing, as plain values.
+        """Return all inputs of the drawing, as plain values.
 
-        The ``selection`` has the rows that are shown, as `vibrissa.figures.draw.draw` takes them.
+        The ``selection`` selects the rows to draw; see `vibrissa.figures.draw.draw`.
         """
         given = self.model_dump(mode="json", exclude_none=True)
         shown = [key for key in (self.source, *AXES) if key in given]
@@ -166,7 +168,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         return {**given, "table": TABLES[self.source], "selection": selection}
 
     def caption_of(self, sections: Sections) -> str:
-        """Return the caption, shown values filled in, or one of kind and values."""
+        """Return the caption with the shown values filled in, or a default caption."""
         found: dict[str, set[Any]] = {}
         for name in self.names:
             for axis, values in sections[name].axes.items():
@@ -181,7 +183,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
 
     @model_validator(mode="after")
     def _has_its_keys(self) -> Self:
-        """Refuse keys that the kind does not take, and missing data, `over` or script."""
+        """Reject keys that the kind does not take, and missing data, `over` or script."""
         mistakes, kind = Mistakes(), FIGURE_KINDS[self.kind]
         sources = [kind.source] if kind.source else list(TABLES)
         keys = [*LOOK, *sources, *AXES, *filter(None, [kind.required])]
@@ -214,7 +216,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         return mistakes
 
     def _check_data(self, mistakes: Mistakes, name: str, axes: Mapping[str, Values]) -> None:
-        """Find axes with several values where one is shown, or without a requested one."""
+        """Find axes with too many values, and requested values that the data do not have."""
         kind = FIGURE_KINDS[self.kind]
         single = {*kind.single, *(MOUNTING_AXES if kind.source else ())} - {self.over}
         for axis in AXES:

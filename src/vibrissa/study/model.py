@@ -1,4 +1,4 @@
-"""The study file: its sections with their keys, and what has to fit together among them."""
+"""The study file: its sections with their keys, and checks that the sections fit together."""
 
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
@@ -13,7 +13,7 @@ from vibrissa.study.claims import Claims
 from vibrissa.study.figures import Figure
 from vibrissa.study.sections import Count, Mistakes, Name, Section
 
-# Points of a study, if it does not say otherwise: those of a table of 1 GB.
+# Default largest number of points of a study: a table of 1 GB.
 MAX_POINTS = 10_000_000
 # The keys of the study file that determine each table.
 _SOLVED_BY = ("study", "contact", "section", "method")
@@ -60,7 +60,7 @@ class ScanSection(GridSection):
 
 
 class StateSection(Section):
-    """An equilibrium with a given contact point (x1, eta), the clamp at the origin."""
+    """An equilibrium with a given contact point (x1, eta) and the clamp at the origin."""
 
     theta: Theta = Field(description=AXES["theta"].meaning)
     eta: Eta = Field(description=AXES["eta"].meaning)
@@ -77,7 +77,7 @@ class StateSection(Section):
         return {"theta": (self.theta,), "eta": (self.eta,), "x1": (self.x1,)}
 
     def params(self, contact: Contact) -> dict[str, Any]:
-        """Return the inputs of the solution in a study with this kind of contact."""
+        """Return the solver's inputs; `contact` is the study's, used if the state has none."""
         return self.model_dump(mode="json") | {"contact": (self.contact or contact).value}
 
     @model_validator(mode="after")
@@ -147,7 +147,7 @@ class Study(Section):
     figures: dict[Name, Figure] = Field(
         default={}, description="named figures, each drawn from one grid, scan, state or comparison"
     )
-    # What stands in the file, as `written` values and as `text`, and its `folder`.
+    # The study file: its values (`written`), its `text` and its `folder`.
     _context: dict[str, Any] = PrivateAttr(default={})
 
     def model_post_init(self, context: Any) -> None:
@@ -161,7 +161,7 @@ class Study(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        """Refuse valid sections that do not fit together."""
+        """Reject sections that are valid alone but do not fit together."""
         mistakes = Mistakes()
         self._check_solution(mistakes)
         for name, figure in self.figures.items():
@@ -174,7 +174,7 @@ class Study(Section):
         return self
 
     def _check_solution(self, mistakes: Mistakes) -> None:
-        """Find too many points, and what shooting does not solve."""
+        """Find too many points, and settings that shooting cannot solve."""
         points = sum(number_of_points(grid.axes) for grid in self.grids.values())
         if points > self.max_points:
             most = f"{points:,} points are not allowed; max_points allows {self.max_points:,}"
@@ -227,7 +227,7 @@ class Study(Section):
 
     @cached_property
     def chunks(self) -> dict[str, Chunk]:
-        """Parts of the grids that one job solves, by name."""
+        """Chunks of all grids by name; one job solves one chunk."""
         sizes = SIZES | (SIZES_BY_STEP if self.method.by_step else {}) | self.chunk
         found = [
             chunk
@@ -238,7 +238,7 @@ class Study(Section):
 
     @property
     def text(self) -> str:
-        """Text of the study file, with the changes of the command line."""
+        """Text of the study file, with changes from the command line appended as comments."""
         return str(self._context["text"])
 
     def part(self, table: str) -> str:

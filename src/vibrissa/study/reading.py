@@ -1,4 +1,4 @@
-"""Reading a study file: a study, or all its errors, each with its line and the allowed values."""
+"""Reading of a study file; an error lists all its mistakes with lines and allowed values."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -16,7 +16,7 @@ from vibrissa.study.model import Study
 from vibrissa.study.schema import allowed_at
 from vibrissa.study.sections import NAME_ALLOWED, Mistake
 
-# Keys at the top of the file that only hold anchors begin like this.
+# Prefix of top-level keys that only hold YAML anchors.
 FOR_ANCHORS = "x-"
 Location = tuple[str | int, ...]
 # Characters of a wrong value that a message shows.
@@ -29,14 +29,14 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
     Parameters
     ----------
     path : Path or None
-        The file; None if all keys are in `changes`, as when a workflow uses this one as a module.
+        The file; None if all keys are in `changes`, as in a workflow that includes this one.
     changes : mapping, optional
-        Other values of keys at the top of the file, as ``--config`` gives them.
+        Values that replace those of top-level keys, as given with ``--config``.
 
     Raises
     ------
     StudyError
-        With a line for each mistake: file, line, key, value and what is allowed.
+        If there are mistakes: one line for each, with file, line, key, value and what is allowed.
     """
     changes = dict(changes or {})
     text = _text(path) if path else yaml.safe_dump(changes, sort_keys=False)
@@ -61,7 +61,7 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
 
 
 def name_in(path: Path) -> str:
-    """Return the name of the study in a file; empty if it has none, or is no study file."""
+    """Return the name of the study in a file; empty if there is none or it is no study file."""
     try:
         return str(_loaded(path, _text(path)).get("study", ""))
     except StudyError:
@@ -96,11 +96,11 @@ def _loaded(path: Path, text: str) -> dict[Any, Any]:
 
 
 def _line(document: Any, location: Location) -> int:
-    """Line of a place, or of its nearest parent; 0 for the file as a whole."""
+    """Return the line of a place or of its nearest parent; 0 for the file as a whole."""
     line = 0
     for step in location:
         if isinstance(document, CommentedMap) and step in document:
-            # What << merges has its line where it is written.
+            # A key merged with << has no line here; values below it have their lines at the anchor.
             line = document.lc.key(step)[0] + 1 if step in document.lc.data else line
         elif isinstance(document, CommentedSeq) and isinstance(step, int) and step < len(document):
             line = document.lc.item(step)[0] + 1
@@ -111,7 +111,7 @@ def _line(document: Any, location: Location) -> int:
 
 
 def spell_location(location: Location) -> str:
-    """Spell a place in the file as in ``grids.main.theta[1]``."""
+    """Format a place in the file, as in ``grids.main.theta[1]``."""
     parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in location]
     return "".join(parts).removeprefix(".")
 
@@ -123,7 +123,7 @@ def shown(written: object) -> str:
 
 
 def _in_words(error: ErrorDetails) -> Iterator[Mistake]:
-    """Errors of pydantic in plain words, with their places."""
+    """Convert an error of pydantic to mistakes in plain words, with their places."""
     location: Location = tuple(step for step in error["loc"] if step != "[key]")
     *above, last = location or ("",)
     match error["type"]:

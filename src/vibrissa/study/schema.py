@@ -18,12 +18,12 @@ def study_schema() -> dict[str, Any]:
 
 
 def allowed_at(location: tuple[str | int, ...]) -> str:
-    """Return the keys allowed in the section at a location; that of the file is empty."""
+    """Return the keys allowed in the section at a location; the whole file is at ``()``."""
     root = schema = study_schema()
     for step in location:
         named = [*schema.get("patternProperties", {}).values(), schema.get("additionalProperties")]
         schema = schema.get("properties", {}).get(step) or named[0] or {}
-        # A section where a key may be left out is one of two.
+        # An optional section is a choice between the section and null.
         (schema,) = [one for one in schema.get("anyOf", ()) if "$ref" in one] or [schema]
         if "$ref" in schema:
             schema = root["$defs"][schema["$ref"].rpartition("/")[2]]

@@ -5,7 +5,7 @@ from typing import Annotated, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-# Where in a section a mistake is, and what it is.
+# Place of a mistake in a section, and its message.
 Mistake: TypeAlias = tuple[tuple[str | int, ...], str]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Name = Annotated[str, Field(pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,99}$")]

@@ -1,4 +1,4 @@
-"""How many rows of a study's tables have which status."""
+"""Counts of the rows of a study's tables by status."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[
 
 
 def sentence(counts: Mapping[str, Counter[str]]) -> str:
-    """Spell counts by status, a line for each table."""
+    """Format counts by status, one line for each table."""
     return "".join(
         f"{counted(total.total(), _NOUNS[name])}: "
         + ", ".join(f"{number:,} {status}" for status, number in sorted(total.items()))
@@ -48,11 +48,11 @@ def need_results(counts: Mapping[str, Counter[str]]) -> None:
     Raises
     ------
     TableError
-        With the number of failed rows by table.
+        If rows failed; the message has their number by table.
     """
     failed = {name: total[Status.FAILED] for name, total in counts.items() if total[Status.FAILED]}
     if failed:
         numbers = ", ".join(counted(number, _NOUNS[name]) for name, number in failed.items())
         raise TableError(
-            f"strict: {numbers} have the status failed; see the column message, or the report"
+            f"strict: {numbers} with status failed; see the column message, or the report"
         )

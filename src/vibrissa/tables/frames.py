@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def spell_unit(unit: str) -> str:
-    """Spell the unit of a column for people."""
+    """Format the unit of a column for display, as in E·I0/L² for ``E*I0/L^2``."""
     return unit.replace("*", "·").replace("^2", "²")
 
 
@@ -43,7 +43,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
     kind = metadata.get(store.TABLE, "")
     if kind not in schemas.TABLES:
         raise TableError(
-            f"{path} is not a table of vibrissa; those are in results/<study>/tables, named "
+            f"{path} is not a table of vibrissa; its tables are in results/<study>/tables, named "
             f"{', '.join(f'{name}.parquet' for name in schemas.TABLES)}"
         )
     table = store.read(path, schemas.TABLES[kind])
@@ -59,12 +59,12 @@ def read_table(path: str | Path) -> pd.DataFrame:
 
 
 def swung_aside(steps: pd.DataFrame) -> pd.Series:
-    """Whether a round rod has buckled laterally, in each step of scans: then φ1 > π/2."""
+    """Mark steps of scans in which a round rod has buckled laterally: there φ1 > π/2."""
     return (steps["phi1"] > 0.5 * math.pi) & steps["stability_aside"].notna()
 
 
 def to_pandas(table: pa.Table) -> pd.DataFrame:
-    """Convert to pandas; integers and flags are nullable, and not made floats."""
+    """Convert to pandas, with nullable integer, flag and text columns."""
     return table.to_pandas(types_mapper=_nullable)
 
 

@@ -1,4 +1,4 @@
-"""Grid points: read off the equilibrium paths of their rods, many at once, as rows of the table."""
+"""Grid points as rows of the table, read off the equilibrium paths of their rods."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -27,9 +27,9 @@ def solved_points(
     contact: Contact,
     section: RodSection,
 ) -> Iterator[pa.Table]:
-    """Solve the rods of a chunk and read its points off them, some rods at a time.
+    """Solve the rods of a chunk, some at a time, and read the grid points off their paths.
 
-    Tables of the schema `STICTION`, rows in the order `ROW_ORDER`.
+    Yields tables of the schema `STICTION`, with rows in the order `ROW_ORDER`.
     """
     rods = rods_of(axes, method.by_step)
     each = number_of_points(axes) // len(rods)
@@ -47,7 +47,7 @@ def points_table(
     curves: Sequence[StickingCurve],
     study: str,
 ) -> pa.Table:
-    """Read points, given by their row numbers in the chunk, off curves into a table."""
+    """Read points off the equilibrium paths; `rows` are their row numbers in the chunk."""
     keys = columns_at(axes, rows)
     index = np.repeat(np.arange(len(curves)), len(rows) // len(curves))
     mu0 = keys["mu0"].reshape(len(curves), -1)
@@ -56,7 +56,7 @@ def points_table(
     periods = read_curves(curves, list(mu0), dx0)
 
     def of_curves(name: str, kind: pa.DataType = NUMBER) -> pa.Array:
-        """Attribute of the paths, repeated for each of their points; NaN becomes null."""
+        """Repeat an attribute of each path for all its points; NaN becomes null."""
         values = [getattr(curve, name) for curve in curves]
         return array(np.array(values) if kind == NUMBER else values, kind).take(pa.array(index))
 

@@ -1,6 +1,6 @@
 """Rows of a table in memory or in a file; only the requested parts are read.
 
-A pyarrow expression, such as that of `one_of`, selects rows; ``&`` joins several.
+Rows are selected by pyarrow expressions, such as `one_of` returns; ``&`` combines them.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 # A table in memory, or one in a file.
 Readable: TypeAlias = "pa.Table | Dataset"
-# How a file is read: by default so much is read ahead that memory grows with the table.
+# Options that read little ahead: with the defaults, memory grows with the size of the table.
 FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "fragment_readahead": 1}
 
 
 def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
-    """Open a table, of `study_part` if given; its rows are read later."""
-    # It imports pandas, which takes time.
+    """Open a table without reading its rows; refuse one of a study other than `study_part`."""
+    # Imported here, as it imports pandas, which takes time.
     from pyarrow import dataset
 
     if study_part is not None:
@@ -52,14 +52,14 @@ def opened_tables(paths: Mapping[str, Any], study_parts: Mapping[str, str]) -> d
 
 
 def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
-    """Condition that a column has one of some values."""
+    """Return the condition that a column has one of `values`."""
     return reduce(or_, [pc.field(column) == value for value in values])
 
 
 def parts(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> Iterator[pa.Table]:
-    """Rows of a table, part by part; of a file only a few are in memory."""
+    """Yield the rows of a table in parts; of a file, only a few parts are in memory."""
     if isinstance(table, pa.Table):
         yield rows(table, columns, where)
         return
@@ -70,7 +70,7 @@ def parts(
 
 
 def rows(table: Readable, columns: Sequence[str], where: pc.Expression | None = None) -> pa.Table:
-    """Rows as one table; see `parts`."""
+    """Return the rows as one table; see `parts`."""
     if isinstance(table, pa.Table):
         return (table if where is None else table.filter(where)).select(list(columns))
     (path,) = table.files
@@ -81,12 +81,12 @@ def rows(table: Readable, columns: Sequence[str], where: pc.Expression | None = 
 def frame(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> pd.DataFrame:
-    """Rows as a DataFrame; see `parts`."""
+    """Return the rows as a DataFrame; see `parts`."""
     return rows(table, columns, where).to_pandas()
 
 
 def spaced(table: Readable, columns: Sequence[str], most: int) -> pd.DataFrame:
-    """At most `most` rows, equally spaced."""
+    """Return at most `most` rows of a table, equally spaced by row number."""
     places = np.linspace(0, count(table) - 1, min(count(table), most)).astype(int)
     kept, begin = [], 0
     for part in parts(table, columns):

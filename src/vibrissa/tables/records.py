@@ -14,18 +14,18 @@ from vibrissa.study.axes import AXES, Value, sortable
 from vibrissa.study.chunks import spell_powers
 from vibrissa.tables.schemas import COMPARISONS, SCANS, SHAPE, STATE, STATES, WHOLE
 
-# Only their attributes are read: a job need not depend on how the others' results are computed.
+# For annotations alone: a job then depends only on the code that computes its own results.
 if TYPE_CHECKING:
     from vibrissa.sticking.api import EquilibriumState
     from vibrissa.sticking.cycles import Scan
 
 
 def array(values: Any, kind: pa.DataType) -> pa.Array:
-    """Arrow array of a column from a list, or an array of NumPy or Arrow; NaN becomes null."""
+    """Convert a list, or a NumPy or Arrow array, to an Arrow array; NaN becomes null."""
     if isinstance(values, pa.Array):
         return values
     if isinstance(values, np.ndarray) and values.dtype.kind == "f":
-        # Not by from_pandas, for which pyarrow would load pandas.
+        # The option from_pandas does the same, but loads pandas.
         missing = np.isnan(values)
         if kind == WHOLE:
             values = np.where(missing, 0.0, values).astype(np.int64)
@@ -34,20 +34,20 @@ def array(values: Any, kind: pa.DataType) -> pa.Array:
 
 
 def table_of(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
-    """Table of the columns of a schema, from lists, or arrays of NumPy or Arrow."""
+    """Make a table of a schema from its columns: lists, or NumPy or Arrow arrays."""
     arrays = [array(columns[field.name], field.type) for field in schema]
     return pa.Table.from_arrays(arrays, schema=schema)
 
 
 def state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
-    """Columns `STATE` of a state, with a suffix to their names."""
+    """Return the columns `STATE` of states, with `suffix` appended to their names."""
     return {f"{column.name}{suffix}": getattr(state, column.name) for column in STATE}
 
 
 def scan_table(
     name: str, point: Mapping[str, Value], scan: Scan, *, study: str, method: Solver
 ) -> pa.Table:
-    """Table of one scan, a row for each footpoint position; one row without a result."""
+    """Make the table of a scan: a row for each clamp position, or one row if the scan failed."""
     failed = scan.status not in (Status.SLIP, Status.LOCK)
     n = 1 if failed else len(scan.step)
     columns: dict[str, Any] = {
@@ -79,14 +79,14 @@ def scan_table(
 
 
 def comparison_table(name: str, compared: Mapping[str, Any], study: str) -> pa.Table:
-    """Table of points in both contact models (`vibrissa.sticking.comparison.compare`)."""
+    """Make the table of the points that `vibrissa.sticking.comparison.compare` returns."""
     same = {"comparison": name, "study": study, "method": Solver.COLLOCATION}
     repeated = {key: [value] * len(compared["theta"]) for key, value in same.items()}
     return table_of(COMPARISONS, {**compared, **repeated})
 
 
 def states_table(states: Mapping[str, EquilibriumState], study: str) -> pa.Table:
-    """Table of single equilibria with their shapes."""
+    """Make the table of single equilibria with their shapes."""
     columns: dict[str, list[Any]] = {field.name: [] for field in STATES}
     s = np.linspace(0.0, 1.0, 101)
     for name, state in states.items():

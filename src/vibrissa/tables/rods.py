@@ -12,7 +12,7 @@ from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.study.axes import MOUNTING_AXES, Values
 
-# By axis; dx0 is None where one solution serves all steps of the clamp.
+# A rod: its values by axis; dx0 is None where one solution serves all steps of the clamp.
 Rod = Mapping[str, Any]
 
 
@@ -29,12 +29,12 @@ def solve(
     rods: Sequence[Rod], *, method: Solver, contact: Contact, section: RodSection
 ) -> list[StickingCurve]:
     """Solve the equilibrium paths of some rods, and print the status of each."""
-    # A job imports the solver that it uses alone.
+    # Only the solver in use is imported.
     if method is Solver.COLLOCATION:
         from vibrissa.sticking.solving.collocation import solve_curves
 
         theta, eta = np.array([(rod["theta"], rod["eta"]) for rod in rods]).T
-        # One object for each mounting: the solver looks at what many rods share once.
+        # Rods with equal mountings share one object.
         mounted = cache(lambda *values: Mounting(**dict(zip(MOUNTING_AXES, values, strict=True))))
         mountings = [mounted(*(rod[axis] for axis in MOUNTING_AXES)) for rod in rods]
         curves = solve_curves(theta, eta, contact, mountings, section)

@@ -7,7 +7,7 @@ import pyarrow as pa
 
 from vibrissa.study.axes import AXES
 
-# Goes up when a column changes its meaning, name or type: older files are refused.
+# To be raised when a column changes its meaning, name or type: older files are then refused.
 SCHEMA_VERSION = "7"
 
 NONE = "1"
@@ -21,17 +21,17 @@ _TYPES = {
     "numbers": NUMBERS,
     "texts": TEXTS,
 }
-# Names of what is in a column's metadata, in the order in which they are shown.
+# Keys of a column's metadata, in the order of display.
 UNIT, RANGE, NULL, EQUATION, DESCRIPTION = b"unit", b"range", b"null", b"equation", b"description"
 
 NO_RESULT = "no result"
 NO_SLIP = "the tip is self-locking, or no result"
-NO_END = "the tip slips forward, its path was not followed to the end, or no result"
+NO_END = "the tip slips forward, the path was not followed to its end, or no result"
 NO_TRAIL = (
-    "the rod does not buckle laterally, or its mounting is not ideal; μ0 above about 3, to which "
-    "the path in retraction is followed; or no result"
+    "the rod does not buckle laterally; its mounting is not ideal; μ0 is above about 3, where the "
+    "path in retraction ends; or no result"
 )
-# Where a margin is not known although the state is.
+# When a stability margin is unknown although the state is known.
 UNKNOWN_MARGINS = {
     "stability": "method shooting",
     "stability_aside": "method shooting, or section planar",
@@ -62,7 +62,7 @@ def _field(name: str, entry: dict[str, str]) -> pa.Field:
 
 
 def _state(suffix: str = "", when: str = "", null: str = NO_RESULT) -> list[pa.Field]:
-    """Columns of the state of a rod, with the meaning of null."""
+    """Make the columns of a state: `when` names the state, `null` explains missing values."""
     return [
         _field(
             f"{name}{suffix}",
@@ -77,7 +77,7 @@ def _state(suffix: str = "", when: str = "", null: str = NO_RESULT) -> list[pa.F
 
 
 def _compared(contact: str, when: str) -> list[pa.Field]:
-    """Columns of a point that is solved in one kind of contact."""
+    """Make the columns of a point's solution in one kind of contact."""
     points, state = DICTIONARY["stiction"], DICTIONARY["state"]
     onset = {"null": NO_SLIP}
     columns = {
@@ -95,7 +95,7 @@ def _compared(contact: str, when: str) -> list[pa.Field]:
 
 
 def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
-    """Put columns together, given by names in the dictionary or as fields."""
+    """Make a schema from columns: names in the data dictionary, or fields."""
     fields = [
         field
         for part in columns
@@ -150,7 +150,7 @@ CLAIMS = _schema(
 )
 
 SHAPE = tuple(SCANS.field(name) for name in _SHAPE.split())
-# By name: the tables of a study.
+# Schemas of all tables of a study, by name.
 TABLES = {
     schema.metadata[b"vibrissa.table"].decode(): schema
     for schema in (STICTION, SCANS, STATES, COMPARISONS, CLAIMS)

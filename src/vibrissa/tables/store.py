@@ -1,4 +1,4 @@
-"""Files of tables, with their provenance: every table that is written or read passes here."""
+"""Writing and reading of all table files, which include their provenance."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -14,7 +14,7 @@ from vibrissa.provenance import commit
 
 TABLE, VERSION, STUDY = "vibrissa.table", "vibrissa.schema", "vibrissa.study"
 PROGRAM, COMMIT = "vibrissa.version", "vibrissa.commit"
-# Rows that are written, and found by a query, together: some 7 MB in memory.
+# Rows of a row group, the unit in which files are written and read: some 7 MB in memory.
 ROW_GROUP = 2**14
 
 
@@ -26,7 +26,7 @@ def write(table: pa.Table, path: str | Path, study_part: str = "") -> None:
 def write_parts(
     parts: Iterable[pa.Table], schema: pa.Schema, path: str | Path, study_part: str = ""
 ) -> None:
-    """Write the parts of a table, one after the other, atomically, with its provenance."""
+    """Write a table atomically, part by part, with its provenance."""
     added = {PROGRAM: __version__, COMMIT: commit(), STUDY: study_part}
     schema = schema.with_metadata({**schema.metadata, **added})
     with (
@@ -38,7 +38,7 @@ def write_parts(
 
 
 def _regrouped(parts: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
-    """Put the same rows into tables of one size; the last may be shorter."""
+    """Yield the same rows in tables of `size` rows; the last may be shorter."""
     held: list[pa.Table] = []
     for part in parts:
         held.append(part)
@@ -52,11 +52,11 @@ def _regrouped(parts: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
 
 @contextmanager
 def reading(path: str | Path) -> Iterator[None]:
-    """Turn errors of reading a file into `TableError`: it is damaged, or cannot be opened."""
+    """Turn errors of reading a file into a `TableError`; a damaged file: `DamagedTableError`."""
     try:
         yield
     except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
-        # Only an error of the system has a number: the file may be as it should be.
+        # Only an error of the operating system has an errno: the file itself may be sound.
         if getattr(error, "errno", None):
             raise TableError(f"{path} cannot be read ({error}); mend that and run again") from None
         reason = " ".join(str(error).split())
@@ -73,12 +73,12 @@ def metadata(path: str | Path) -> dict[str, str]:
 
 
 def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
-    """Open a file.
+    """Open the file of a table.
 
     Raises
     ------
     DamagedTableError
-        If it is no table of this schema.
+        If the file is damaged or has another schema.
     """
     held = metadata(path)
     with reading(path):
@@ -113,15 +113,15 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
 
 
 def need_study(path: str | Path, study_part: str) -> None:
-    """Check that a table is of a study file.
+    """Check that a table was made from this part of a study file.
 
     Raises
     ------
     DamagedTableError
-        If it is of another one.
+        If it was made from another study file.
     """
     found = metadata(path).get(STUDY, "")
     if found != study_part:
         others = [line for line in found.splitlines() if line not in study_part.splitlines()]
-        has = f"'{others[0].strip()}'" if others else "less"
+        has = f"'{others[0].strip()}'" if others else "fewer entries"
         raise DamagedTableError(path, f"belongs to another study file (it has {has})")

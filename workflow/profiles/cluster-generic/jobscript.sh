@@ -1,10 +1,10 @@
 #!/bin/sh
 # properties = {properties}
-# What the scheduler runs (Snakemake fills in the braces): the job, and then its exit status into
-# the working directory, where status.sh reads it.
+# The scheduler runs this script (Snakemake fills in the braces). It runs the job, then writes its
+# exit status into the working directory, where status.sh reads it.
 cd "${{SLURM_SUBMIT_DIR:-${{PBS_O_WORKDIR:-$SGE_O_WORKDIR}}}}" || exit 1
 exit_status=.snakemake/cluster/${{SLURM_JOB_ID:-${{PBS_JOBID:-$JOB_ID}}}}.exit
-rm -f "$exit_status" # of an attempt on a node that was lost
+rm -f "$exit_status" # left by an earlier attempt on a lost node
 (
     {exec_job}
 )

@@ -1,12 +1,12 @@
 #!/bin/sh
-# Say for Snakemake what became of a cluster job: running, success or failed.
+# Print the state of a cluster job for Snakemake: running, success or failed.
 #   status.sh COMMAND JOB      COMMAND prints the names of the user's jobs that have not ended
-# A job that ends leaves its exit status behind (jobscript.sh). One that was cancelled, or killed,
-# or lost with its node, leaves nothing, and would be waited for for ever.
+# A job that ends has written its exit status (jobscript.sh). A job that was cancelled, killed or lost
+# with its node has not: if COMMAND does not list it any more, it has failed.
 exit_status=.snakemake/cluster/$2.exit
 
 if [ ! -s "$exit_status" ]; then
-    # A scheduler that does not answer says nothing about the job: ask again later.
+    # If the scheduler does not answer, the state is unknown: check again later.
     jobs=$(sh -c "$1" 2>/dev/null) || {
         echo running
         exit
@@ -15,11 +15,11 @@ if [ ! -s "$exit_status" ]; then
         echo running
         exit
     fi
-    # It may have ended just now, and its file be on its way here over the network.
+    # The job may have just ended, with its file not yet visible over the network.
     for _ in 1 2 3 4 5 6 7 8 9 10; do
         [ -s "$exit_status" ] && break
         sleep 1
-        ls .snakemake/cluster >/dev/null # has a network file system look again
+        ls .snakemake/cluster >/dev/null # makes a network file system refresh
     done
 fi
 if [ "$(cat "$exit_status" 2>/dev/null)" = 0 ]; then echo success; else echo failed; fi
