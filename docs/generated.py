@@ -43,7 +43,7 @@ def packages() -> str:
         others = sorted(other.split(".")[1] for other in imported & names - {name})
         purpose = (import_module(name).__doc__ or "").partition("\n")[0]
         rows.append((f"`{name.split('.')[1]}`", purpose, ", ".join(others)))
-    return markdown_table(("package", "what it is for", "imports"), rows)
+    return markdown_table(("package", "purpose", "imports"), rows)
 
 
 def section_keys(name: str, known: dict[str, Any] | None = None) -> str:
@@ -58,7 +58,7 @@ def section_keys(name: str, known: dict[str, Any] | None = None) -> str:
         shown = "" if default in (None, "", {}) else f"`{json.dumps(default)}`"
         needed = "required" if key in part.get("required", ()) else shown
         rows.append((f"`{key}`", value["description"], needed))
-    return markdown_table(("key", "what it is", "default"), rows)
+    return markdown_table(("key", "description", "default"), rows)
 
 
 def grid_keys() -> dict[str, Any]:
@@ -96,7 +96,7 @@ def claims() -> str:
             for axis, values in Claims.needed[key].items()
         ]
         rows.append((f"`{key}`", value["description"], "; ".join(needs)))
-    return markdown_table(("key", "what it is", "values that the data must have"), rows)
+    return markdown_table(("key", "description", "values that the data must have"), rows)
 
 
 def column(field: pa.Field, names: str = "") -> tuple[str, ...]:
@@ -113,7 +113,7 @@ def column(field: pa.Field, names: str = "") -> tuple[str, ...]:
 
 def columns(table: str) -> str:
     """Table of the columns of one table alone, of the shared columns, or of a state of the rod."""
-    head = ("column", "what it is", "unit", "values", "null means")
+    head = ("column", "description", "unit", "values", "null means")
     if table == "state":
         rows = [
             column(entry, ", ".join(f"`{entry.name}{suffix}`" for suffix in STATE_SUFFIXES))
@@ -181,7 +181,7 @@ def materials() -> str:
         )
         for name, one in MATERIALS.items()
     ]
-    head = ("preset", "E / GPa", "yield strain", "density / kg/m³", "what it is, and source")
+    head = ("preset", "E / GPa", "yield strain", "density / kg/m³", "description, source")
     return markdown_table(head, rows)
 
 

@@ -53,7 +53,7 @@ def command_section(name: str, command: Any) -> list[str]:
         # As a block it can be copied.
         lines += ["```console", *re.findall("`([^`]+)`", command.epilog), "```", ""]
     rows = map(option_row, command.params)
-    return [*lines, "| option | what it is |", "| --- | --- |", *rows, ""]
+    return [*lines, "| option | description |", "| --- | --- |", *rows, ""]
 
 
 def commands() -> str:

@@ -185,7 +185,7 @@ class Requirements(Keyed):
         Raises
         ------
         ArgumentError
-            If no material is given.
+            If none is given.
         """
         found = stated_material(self.setup)
         if found is None:

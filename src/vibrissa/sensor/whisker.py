@@ -87,7 +87,7 @@ class Whisker:
 
     @property
     def units(self) -> Units:
-        """Units of the results."""
+        """Units of its results."""
         return Units(self.rod, self.wished)
 
     @cached_property

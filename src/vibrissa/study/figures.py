@@ -144,7 +144,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     axes: AxesKeys | None = Field(
         default=None,
         description="limits and scale, as in {x: [1, 3], y: [0, 0.1], log: [y]}, of the first "
-        "panel and those that share its axes",
+        "panel and of panels that share its axes",
     )
 
     @property
