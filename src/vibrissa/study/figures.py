@@ -111,21 +111,19 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     """A figure: its kind, what it is drawn from, the values that it shows, and how it looks."""
 
     kind: Literal[tuple(FIGURE_KINDS)] = Field(  # type: ignore[valid-type]
-        description="what it shows"
+        description="kind of the figure"
     )
     caption: str = Field(
         default="",
-        description="what the figure shows; {theta}, {eta} and other axes stand for the values "
+        description="text below the figure; {theta}, {eta} and other axes stand for the values "
         "that are shown (default: a sentence made of the kind and the values)",
     )
-    grid: str | None = Field(default=None, description="name of the grid it is drawn from")
-    scan: str | None = Field(default=None, description="name of the scan it is drawn from")
+    grid: str | None = Field(default=None, description="name of the grid with the data")
+    scan: str | None = Field(default=None, description="name of the scan with the data")
     state: Annotated[list[str] | None, BeforeValidator(in_list, str | list[str])] = Field(
-        default=None, description="name of the state it is drawn from, or a list of names"
+        default=None, description="name of the state with the data, or a list of names"
     )
-    comparison: str | None = Field(
-        default=None, description="name of the comparison it is drawn from"
-    )
+    comparison: str | None = Field(default=None, description="name of the comparison with the data")
     over: Literal[MOUNTING_AXES] | None = Field(  # type: ignore[valid-type]
         default=None, description="axis of the mounting that has several values"
     )
@@ -136,7 +134,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     )
     size: tuple[_Inch, _Inch] | None = Field(
         default=None,
-        description="width and height in inch (default: 3.5 or 7.2 wide, a column or a page)",
+        description="width and height in inch (default width: 3.5 for a column or 7.2 for a page)",
     )
     formats: list[Literal["pdf", "svg"]] = Field(
         default=["pdf", "svg"], description="files that are made beside the PNG: pdf, svg"
