@@ -90,7 +90,7 @@ def _options(panels: Panels, fields: Mapping[str, FieldInfo], file: str) -> dict
     types["path"] = Annotated[Path | None, option(text, None, file)]
     if file == "--rod":
         others = [one for one in Setup.model_fields if one not in (*types, TOLERANCES, "assume")]
-        text = f"Another key of the file, as name=value; repeat it. {', '.join(others)}."
+        text = f"Another key of the file, as name=value (repeatable): {', '.join(others)}."
         types["assignments"] = Annotated[list[str] | None, option(text, "Mounting", "--set")]
     return {
         name: Parameter(

@@ -68,7 +68,7 @@ def test_a_tare_that_was_forgotten_is_not_silent_without_a_rod():
     found = read(frame, row, Said.NOTHING, Method.RATIO)
     assert not seen(found, truth)[1].any()
     assert set(found.periods.grade) == {"doubtful"}
-    assert "no reading checks the tare" in found.periods.doubt[0]
+    assert "the zeros of the forces are not checked" in found.periods.doubt[0]
     told = identify(
         None,
         frame,

@@ -157,7 +157,7 @@ def test_samples_that_are_lost_across_a_slip_end_a_period_and_hide_none(before):
     others = np.delete(np.arange(len(whole)), [3, 4, len(whole) - 1])
     assert found.mu0[others] == pytest.approx(whole.mu0[others], abs=2e-3)
     lines = f"{found.first_line[3]}-{found.last_line[3]}"
-    why = "samples missing at the period's end, or a jump or turn of the clamp (measure again)"
+    why = "samples are missing at a period's end, or the clamp jumped or turned (measure again)"
     assert f"doubtful: {why}: 1 of {len(whole)} periods, line {lines}" in found.notes
 
 

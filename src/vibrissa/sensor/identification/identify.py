@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 # Part of a misfit above which a quantity that explains it is taken as its only cause.
 MOST = 0.9
 UNTARED = (
-    "no reading checks the tare: state zero_force_x and zero_force_y, or record some rows before "
-    "the tip touches"
+    "the zeros of the forces are not checked: state zero_force_x and zero_force_y, or record rows "
+    "before the tip touches"
 )
 
 

@@ -106,7 +106,7 @@ def _checks(fit: Fit, periods: Periods) -> list[Check]:
     stays = way < CERTAIN * np.hypot(own[1:], own[:-1])
     against = np.append(stays & ~fit.task.spans.passes[:-1], False)
     against |= periods.status == PeriodStatus.BEYOND
-    why = "does not fit a tip that sticks; after slow slips state --slip-time"
+    why = "does not fit a sticking tip; if slips are slow, state --slip-time"
     return [
         *(
             Check(Grade.WRONG, ~fit.fits_alone & (worst == number), f"{CHANNELS[channel]} {why}")

@@ -263,7 +263,7 @@ def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
     # recording may be short for another reason.
     before = np.append(few[1:-1], [False, False])[: len(few)]
     finer = f"fewer than {FEW} samples in a period: sample more finely"
-    jumped = "samples missing at the period's end, or a jump or turn of the clamp (measure again)"
+    jumped = "samples are missing at a period's end, or the clamp jumped or turned (measure again)"
     spike = "too few samples: a spike, or a rest to be cut off (import --from, --to)"
     return [
         Check(Grade.DOUBTFUL, (lost | turned) & ~spans.passes, jumped),

@@ -287,7 +287,7 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
     recording = recording.naming(spiky, "a lone spike").take(row)
     falls = np.diff(load_of(recording, noise)) * direction(recording.smooth)
     spans = _spans(recording.smooth, falls)
-    why = "periods too short for the noise of the readings (record the moment, or less noise)"
+    why = "periods too short for the noise of the readings (record the moment, or reduce the noise)"
     recording, spans = before_swing(recording.naming(spans.between, why), spans)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
     late = max(int(np.ceil(recording.slip_rows)), lasts)

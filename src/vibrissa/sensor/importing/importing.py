@@ -370,7 +370,7 @@ def unloaded(values: Values, begin: int | None) -> int:
     changed = int(np.argmax(np.abs(load) > CHANGED * noise_of(readings[:, None])))
     if usual == 0.0 or not changed < begin:
         return 0
-    # If the rod touches the surface from the beginning, its load changes by relaxation only, less.
+    # A rod that touches the surface from the beginning only relaxes: its load changes less.
     lowered = np.median(load[changed:begin]) / usual > LOADED
     pressed = np.quantile(moved / usual, 0.05) > LOADED
     return int(TAKEN * changed) if lowered and pressed else 0
