@@ -34,6 +34,8 @@ PACKAGE = "src/vibrissa"
 # File with the tests that run each line of each file.
 COVERING = "covering.json"
 PYTEST = [sys.executable, *"-m pytest -x -q -p no:benchmark -p no:cacheprovider".split()]
+# A mutant that keeps a test from ending is noticed after so long (s).
+PYTEST += ["-o", "faulthandler_timeout=300", "-o", "faulthandler_exit_on_timeout=true"]
 ENOUGH = 0.92
 Tried = tuple[WorkItem, WorkResult]
 
