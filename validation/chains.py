@@ -64,7 +64,7 @@ def contact_over_clamp(theta: float, eta: float, contact: str) -> float:
 
 
 def extrapolated(values: list[float]) -> float:
-    """Extrapolate values in powers of 1/count² to infinitely many links; the count doubles."""
+    """Extrapolate values for doubled numbers of links to infinitely many (Richardson)."""
     for power in range(1, len(values)):
         pairs = zip(values[1:], values[:-1], strict=True)
         values = [(4**power * fine - coarse) / (4**power - 1) for fine, coarse in pairs]

@@ -2,8 +2,9 @@
 
 Cosmic Ray makes the faulty programs (mutants): validation/cosmic-ray.toml defines which faults, and
 lines are drawn at random. For each mutant, the tests that run the faulty line are run first, quick
-tests before slow ones, then all other tests. Mutants that no test notices are shown. Exit status 1
-if the tests fail without a fault, or if they notice fewer than 92 of 100 mutants.
+tests before slow ones. Then follow the other tests of the same files, which share fixtures, and the
+tests that start processes. Mutants that no test notices are shown. Exit status 1 if the tests fail
+without a fault, or if they notice fewer than 92 of 100 mutants.
 """
 
 import argparse
@@ -116,7 +117,7 @@ def tried(clone: Path, items: Sequence[WorkItem]) -> list[Tried]:
 
 
 def notice() -> int:
-    """Run in a clone: run the tests of the changed line or its file, the quick ones first."""
+    """Run the tests of the changed line (or of its file), quick ones first, then related tests."""
     tests = json.loads(Path(COVERING).read_text(encoding="utf-8"))
     path, line = next(changed(Path()))
     anywhere = sorted({test for names in tests.get(path, {}).values() for test in names})

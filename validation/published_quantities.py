@@ -116,7 +116,7 @@ def cantilever_rotation(load: Decimal) -> float:
 
 
 def pulled_frame_height(load: Decimal) -> float:
-    """Displacement v/L of each loaded corner along its force, over P·L²/(E·I).
+    """Displacement v/L of each loaded corner along its force, as a function of P·L²/(E·I).
 
     Four rods of length L form a square that stands on a corner. The upper and the lower corner are
     hinges and are pulled apart by 2P; the two others are rigid. By symmetry a rigid corner moves
@@ -138,7 +138,7 @@ def pulled_frame_width(load: Decimal) -> float:
 
 
 def pulled_frame_slope(load: Decimal) -> float:
-    """Slope of the rods at the hinges against the horizontal (rad), over P·L²/(E·I).
+    """Slope of the rods at the hinges against the horizontal (rad), as a function of P·L²/(E·I).
 
     π/4 without load; the force turns the tip upright, by our π/2 − φ1.
     """
@@ -146,7 +146,7 @@ def pulled_frame_slope(load: Decimal) -> float:
 
 
 def pressed_frame_height(load: Decimal) -> float:
-    """Displacement v/L of each loaded corner along its force, over P·L²/(E·I).
+    """Displacement v/L of each loaded corner along its force, as a function of P·L²/(E·I).
 
     The same frame, pressed together: the force at the tip is at 45° to the unloaded rod and towards
     the clamp, α = 45°. Now x1 = (v + h)/√2 and 1 − η = (v − h)/√2; h is the outward displacement.
@@ -165,7 +165,7 @@ def pressed_frame_width(load: Decimal) -> float:
 
 
 def pressed_frame_slope(load: Decimal) -> float:
-    """Slope of the rods at the hinges against the horizontal (rad), over P·L²/(E·I).
+    """Slope of the rods at the hinges against the horizontal (rad), as a function of P·L²/(E·I).
 
     π/4 without load; the force turns the tip down, by our π/2 − φ1.
     """

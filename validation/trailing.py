@@ -1,7 +1,7 @@
 """Check the last sticking states of random laterally buckled rods by multiple shooting.
 
 Each point has a taper of 1 to 20 (log-uniform), a height of 0.3 to 0.98 and a friction coefficient
-between the critical one and 3. The state in retraction in which the tip slips is solved again,
+between μ_lock and 3. The state in retraction in which the tip slips is solved again,
 independently: integrated by DOP853 from the contact point to the clamp, in so many parts that
 errors grow little. Prints the largest difference of the displacements; fails if a difference, or a
 gap between two parts, exceeds 1e-11.

@@ -33,7 +33,7 @@ Row = Mapping[str, str]
 
 
 def lines(row: Row, numbers: Mapping[str, arb | Decimal], on_path: bool = False) -> Iterator[Line]:
-    """Yield a line for each number of a row, which lies between midpoint − radius and + radius.
+    """Yield a line for each number of a row; the number lies within midpoint ± radius.
 
     `on_path`: whether it is also proved that the path from α = 0 leads to this state.
     """
@@ -44,7 +44,7 @@ def lines(row: Row, numbers: Mapping[str, arb | Decimal], on_path: bool = False)
 
 
 def unproved(row: Row, reason: object, on_path: bool = False) -> Line:
-    """Return a line with the reason why a row has no numbers; `on_path`: this is proved."""
+    """Return a line with the reason why a row has no numbers; `on_path`: whether it is proved."""
     return {**row, "on_path": YES_NO[on_path], "note": str(reason)}
 
 

@@ -86,7 +86,7 @@ def _assumed():
 
 
 def _usual(variances):
-    """Return the standard deviation for the median of the variances of the periods."""
+    """Return the square root of the median variance."""
     return float(np.sqrt(np.median(variances)))
 
 

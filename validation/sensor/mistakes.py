@@ -101,7 +101,7 @@ def _wavy(bench, sizes):
 
 
 def _longer(bench, sizes):
-    """Make the rod longer: the bench is in units of the true rod, readings in those stated."""
+    """Make the rod longer: the bench has the units of the true rod, readings those stated."""
     ratio = 1.0 + float(sizes[0])
     return replace(
         bench,

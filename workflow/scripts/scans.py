@@ -9,7 +9,7 @@ from vibrissa.tables.rods import solve
 
 
 def tables(params):
-    """Return the table of each scan."""
+    """Yield the table of each scan."""
     method, contact = Solver(params.solver["method"]), Contact(params.solver["contact"])
     section = RodSection(params.solver["section"])
     for name, (axes, cycles) in params.scans.items():

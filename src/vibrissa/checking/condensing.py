@@ -37,8 +37,8 @@ _CYCLE = {
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     """Condense the tables in a folder of results.
 
-    ``stiction`` has all rows, ``curves`` a row for each rod, ``scans`` a row for each cycle. If the
-    study has no scans or no states, the result has none either.
+    ``stiction`` has all rows, ``curves`` a row for each rod, ``scans`` a row for each cycle and
+    ``states`` a row for each state; the last two exist only if the study has them.
     """
     found = {
         name: query.opened(path, schemas.TABLES[name])

@@ -1,4 +1,4 @@
-"""Figures of points that are solved in both contact models."""
+"""Figures of points that are solved in both kinds of contact."""
 
 import numpy as np
 import pandas as pd

@@ -29,7 +29,7 @@ DEPTH = np.array([0.45, 0.3])
     "past_lock", columns=(*POINT, "x0_slip", "ends_by", "x0_end", "x0_trail", "mu_lock", "x0_lock")
 )
 def past_lock(rows: pd.DataFrame) -> Figure:
-    """Clamp displacement in the first and in a later period over μ0, for each θ."""
+    """Clamp displacement in the first and in later periods of sticking over μ0, for each θ."""
     figure = style.page(4.4)
     first, later = figure.subplots(2, 1, sharex=True)
     series = Series(rows, "theta")
@@ -57,7 +57,7 @@ def past_lock(rows: pd.DataFrame) -> Figure:
 
 @kind("margins", columns=(*SCAN, *FIRST_STEPS, "stability"))
 def margins(rows: pd.DataFrame) -> Figure:
-    """Stability in the plane and out of it over the first period of scans, for each θ."""
+    """Stability in the plane and out of it in the first period of sticking, for each θ."""
     figure = style.page(2.9, style.PAGE)
     panels = figure.subplots(1, 2, sharey=True)
     series = Series(rows, "theta")

@@ -85,7 +85,7 @@ def regimes(rows: pd.DataFrame) -> Figure:
         Patch(facecolor=REGIME_COLORS(i), edgecolor=style.SURFACE, label=REGIMES[i])
         for i in sorted(rows["regime"].unique())
     ]
-    # Below the panels, the legend would cover their label.
+    # Below the panels, the legend would cover the label of the axis.
     figure.legend(handles=patches, loc="outside upper center", ncols=1 if columns == 1 else 4)
     return figure
 

@@ -85,7 +85,7 @@ class Evidence:
         return self.of_scans(lambda rows: rows["footpoint"].iloc[-1])
 
     def cycle_counts(self) -> pd.DataFrame:
-        """Stick-slip cycles in each scan, counted."""
+        """Count the stick-slip cycles of each scan."""
         return self.of_scans(lambda rows: rows["cycle"].iloc[-1])
 
     def slip_lengths(self) -> pd.DataFrame:

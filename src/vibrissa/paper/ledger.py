@@ -79,7 +79,7 @@ class Claim:
 
 
 def judges(name: str) -> Callable[[Callable[[Evidence], Finding]], Claim]:
-    """Return a decorator that makes a `Claim` of the function that judges the statement `name`."""
+    """Return a decorator that turns the judging function of a statement into a `Claim`."""
     return lambda compute: Claim(name=name, texts=_STATEMENTS[name], compute=compute)
 
 

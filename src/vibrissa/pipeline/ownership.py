@@ -20,7 +20,7 @@ def check(results: Path, study_file: Path) -> None:
     Raises
     ------
     StudyError
-        If the folder belongs to another study file, which exists and has the same key `study`.
+        If the folder belongs to another study file that exists and has the same name of the study.
     """
     record = results / RECORD
     owner = Path(record.read_text(encoding="utf-8").strip()) if record.is_file() else study_file

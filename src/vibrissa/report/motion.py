@@ -49,7 +49,7 @@ def _is_repeatable(step: pd.Series) -> bool:
 
 
 def _solved(scans: Readable) -> list[pd.DataFrame]:
-    """Split the rows by scan, without scans that have no result."""
+    """Split the rows by scan; omit scans without a result."""
     rows = query.frame(scans, scans.schema.names)
     rows = rows[rows["footpoint"].notna()]
     groups = rows.groupby([*SCAN, *MOUNTING_AXES, "curvature_powers"], sort=False, dropna=False)

@@ -72,7 +72,7 @@ class Section:
 
 
 def sections(found: Mapping[str, Readable]) -> list[Section]:
-    """Choose rows of each of a study's tables, by name, for the page."""
+    """Make a section of the page for each table of a study, with selected rows."""
     shown: list[Section] = []
     for name, table in found.items():
         if name not in SHOWN or not query.count(table):

@@ -138,7 +138,7 @@ MOUNTING_AXES = tuple(AXES)[4:]
 
 
 def sortable(value: float | Sequence[float]) -> tuple[float, ...]:
-    """Return the coefficients of a value, for sorting; a number is one coefficient."""
+    """Return the coefficients of a value as its sort key; a number has one coefficient."""
     return (value,) if isinstance(value, int | float) else tuple(value)
 
 

@@ -33,7 +33,7 @@ class Chunk:
 
     @property
     def name(self) -> str:
-        """Grid and first values, as in ``taper/theta1_eta0.85``; appended values do not matter."""
+        """Name made of the grid and first values, such as ``taper/theta1_eta0.85``."""
         mounted = [axis for axis in MOUNTING_AXES if self.axes[axis] != (0.0,)]
         first = {axis: spell_value(self.axes[axis][0]) for axis in ("theta", "eta", *mounted)}
         return f"{self.grid}/{'_'.join(axis + value for axis, value in first.items())}"
@@ -78,7 +78,7 @@ def number_of_points(axes: Mapping[str, Values]) -> int:
 
 
 def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
-    """Return the columns of the axes at `rows` of a chunk, row numbers in the order `ROW_ORDER`.
+    """Return the columns of the axes; `rows` are row numbers of a chunk in the order `ROW_ORDER`.
 
     The constant of a polynomial curvature is in the column ``curvature``, the other coefficients
     are in ``curvature_powers``.
@@ -94,6 +94,6 @@ def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
 
 
 def spell_powers(curvature: float | Sequence[float]) -> str | None:
-    """Format the coefficients of s, s², … in a natural curvature; None if it is constant."""
+    """Format the coefficients of s, s², … in a natural curvature; None for a constant curvature."""
     powers = sortable(curvature)[1:]
     return ", ".join(map(spell_value, powers)) if powers else None

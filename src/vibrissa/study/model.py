@@ -77,7 +77,7 @@ class StateSection(Section):
         return {"theta": (self.theta,), "eta": (self.eta,), "x1": (self.x1,)}
 
     def params(self, contact: Contact) -> dict[str, Any]:
-        """Return the solver's inputs; `contact` is the study's, used if the state has none."""
+        """Return the solver's inputs; the study's `contact` applies if the state has none."""
         return self.model_dump(mode="json") | {"contact": (self.contact or contact).value}
 
     @model_validator(mode="after")

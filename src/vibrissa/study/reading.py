@@ -1,4 +1,4 @@
-"""Reading of a study file; an error lists all its mistakes with lines and allowed values."""
+"""Reading of a study file; its mistakes are reported together, with lines and allowed values."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -78,7 +78,7 @@ def _text(path: Path) -> str:
 
 
 def _loaded(path: Path, text: str) -> dict[Any, Any]:
-    """Content of a study file."""
+    """Parse the text of a study file."""
     try:
         document = YAML(typ="safe", pure=True).load(text)
     except MarkedYAMLError as error:
@@ -96,7 +96,7 @@ def _loaded(path: Path, text: str) -> dict[Any, Any]:
 
 
 def _line(document: Any, location: Location) -> int:
-    """Return the line of a place or of its nearest parent; 0 for the file as a whole."""
+    """Return the line of a location or of its nearest parent; 0 for the whole file."""
     line = 0
     for step in location:
         if isinstance(document, CommentedMap) and step in document:

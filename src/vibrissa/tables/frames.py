@@ -64,7 +64,7 @@ def swung_aside(steps: pd.DataFrame) -> pd.Series:
 
 
 def to_pandas(table: pa.Table) -> pd.DataFrame:
-    """Convert to pandas, with nullable integer, flag and text columns."""
+    """Convert a table to pandas, with nullable integer, flag and text columns."""
     return table.to_pandas(types_mapper=_nullable)
 
 

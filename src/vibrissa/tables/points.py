@@ -1,4 +1,4 @@
-"""Grid points as rows of the table, read off the equilibrium paths of their rods."""
+"""Grid points as rows of a table, read off the equilibrium paths of their rods."""
 
 from collections.abc import Iterator, Mapping, Sequence
 

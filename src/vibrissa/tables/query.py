@@ -29,7 +29,7 @@ FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "frag
 
 
 def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
-    """Open a table without reading its rows; refuse one of a study other than `study_part`."""
+    """Open a table without reading its rows; refuse one that was not made from `study_part`."""
     # Imported here, as it imports pandas, which takes time.
     from pyarrow import dataset
 

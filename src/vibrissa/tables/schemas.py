@@ -43,13 +43,13 @@ DICTIONARY = tomllib.loads(
 
 
 def _column(table: str, name: str) -> pa.Field:
-    """Column of a table, described by its own entry or by the shared one."""
+    """Make a column from the table's entry in the dictionary, or else from the shared entry."""
     entry = DICTIONARY[table].get(name) or DICTIONARY["shared"][name]
     return _field(name, entry)
 
 
 def _field(name: str, entry: dict[str, str]) -> pa.Field:
-    """Column, nullable only if the dictionary defines the meaning of null."""
+    """Make a column; it is nullable only if the dictionary defines the meaning of null."""
     metadata = {
         UNIT: entry.get("unit", NONE),
         RANGE: entry.get("range", ""),

@@ -52,7 +52,7 @@ def _regrouped(parts: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
 
 @contextmanager
 def reading(path: str | Path) -> Iterator[None]:
-    """Turn errors of reading a file into a `TableError`; a damaged file: `DamagedTableError`."""
+    """Turn errors of reading a file into `TableError`, or `DamagedTableError` if it is damaged."""
     try:
         yield
     except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
