@@ -187,12 +187,12 @@ class Candidate:
 
     @property
     def by_step(self) -> FloatArray:
-        """Part due to the step of the stage: the onset is uniformly distributed over a step."""
+        """Uncertainty due to the stage: the onset is uniformly distributed over a step."""
         return step_deviation(self.pair.demand_slope, self.requirements.step / self.length)
 
     @property
     def by_reading(self) -> FloatArray:
-        """Part due to the noise of the readings."""
+        """Uncertainty due to the noise of the readings."""
         with np.errstate(divide="ignore"):  # infinite for a period of length 0, without readings
             return np.asarray(np.abs(self.pair.demand_slope) / np.sqrt(self._known))
 

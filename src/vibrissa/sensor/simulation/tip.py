@@ -173,8 +173,8 @@ class Tip:
     def margins(self, clamp: ArrayLike) -> FloatArray:
         """Margins of sticking at clamp positions, shape (4, ...), `FORWARD` to `PULL`.
 
-        Reserves of friction against slip forward and backward (E·I0/L²), and distances to both
-        ends of the states (L); negative where the tip does not stick.
+        They are the reserves of friction against slip forward and backward (E·I0/L²), and the
+        distances of x0 from both ends of the states (L); negative where the tip does not stick.
         """
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
