@@ -21,7 +21,7 @@ COMMANDS = {
 
 
 def command_of(name: str) -> Any:
-    """Load a command from its module; a reserved word has an underscore there, as in import_."""
+    """Load a command from its module; reserved words end in an underscore there, as import_."""
     own = name + "_" * iskeyword(name)
     return getattr(import_module(f"vibrissa.cli.{own}"), own)
 

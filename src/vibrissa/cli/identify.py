@@ -81,7 +81,7 @@ def identify(
 
 
 def _lines(found: Identification, verbose: bool) -> Iterator[str]:
-    """Summarise friction and assumed tolerances; list estimates far from their values, or all."""
+    """Summarise friction and assumed tolerances; list estimates far from given values, or all."""
     known = (found.periods.status == PeriodStatus.SLIP).sum()
     yield f"{counted(len(found.periods), 'period')}, friction of {known} of them"
     yield str(found.summary())

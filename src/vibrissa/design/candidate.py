@@ -198,7 +198,7 @@ class Candidate:
 
     @cached_property
     def by_tolerances(self) -> FloatArray:
-        """Part due to the slope of the surface, and to the tolerances after a fit by `identify`."""
+        """Uncertainty due to surface slope, and to set-up errors left by the fit of `identify`."""
         effect, covariance = self._errors
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
         return np.sqrt(common + self._of_slope**2)
@@ -230,7 +230,7 @@ class Candidate:
 
     @cached_property
     def _weight(self) -> FloatArray:
-        """Number of readings at each of x nodes of a period, over their variance, (k, x, 3)."""
+        """Number of readings at x nodes of a period, divided by their variance, (k, x, 3)."""
         readings = self.x0_slip / self.requirements.step
         return np.asarray(readings[:, None, None] * NODE_WEIGHTS[:, None] / self._noise**2)
 
@@ -240,7 +240,7 @@ class Candidate:
         return np.asarray((self._weight * self.pair.sensitivity.contact**2).sum(axis=(1, 2)))
 
     def _sigma(self) -> FloatArray:
-        """Return the standard deviations of q parameters; of crosstalk, per unit of other load."""
+        """Return the standard deviations of q parameters; that of crosstalk as a ratio of loads."""
         full = np.array(self.requirements.largest) / self.whisker.units.channels
         full = np.where(np.isfinite(full), full, np.abs(self.pair.reactions).max(axis=0))
         parameters = parameters_of(self.tolerances, frozenset(), full)
@@ -253,7 +253,7 @@ class Candidate:
 
     @cached_property
     def _errors(self) -> tuple[FloatArray, FloatArray]:
-        """Effect D, (k, q), and covariance C, (k, q, q), of `pairs`, with p in tolerances σ."""
+        """Effect D of q parameters p/σ on μ0, (k, q), and their covariance C, (k, q, q)."""
         of, sigma, weight = self.pair.sensitivity, self._sigma(), self._weight
         setup = of.setup * sigma
         both = np.einsum("kxc,kpxcq->kpq", weight * of.contact, setup)
@@ -272,9 +272,9 @@ class Candidate:
     def parts(self) -> list[TolerancePart]:
         """List how much halving each tolerance lowers the largest uncertainty, largest first.
 
-        Halving is one more measurement of the parameters k with this tolerance, with a third of
-        their variance S. It lowers D·C·Dᵀ by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, where Cₖ are the columns k
-        of C, and Cₖₖ their rows k.
+        Halving is like one more measurement of the parameters k that have this tolerance, with a
+        third of their variance S. It lowers D·C·Dᵀ by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, where Cₖ are the
+        columns k of C, and Cₖₖ their rows k.
         """
         if not np.isfinite(self.largest):
             return []

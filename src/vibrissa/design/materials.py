@@ -57,7 +57,7 @@ MATERIALS = Material.presets(Path(__file__).with_name("materials.toml"))
 
 
 def stated_material(setup: Setup) -> Material | None:
-    """Return the material of a set-up: named, or of stated modulus and yield strain; or None.
+    """Return the material that a set-up names or gives by modulus and yield strain; else None.
 
     A stated modulus or density replaces that of the named material.
 

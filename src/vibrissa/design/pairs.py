@@ -2,9 +2,9 @@
 
 Lengths are in L, forces in E·I0/L², moments in E·I0/L and strains in d0/L.
 
-`identify` fits to all readings the parameters p of the set-up, with the tolerances σ, and the last
-displacement u of each period. Let J and j be the derivatives of the readings of a period with
-respect to p and u, in standard deviations of the readings. The covariance of p is
+`identify` fits the parameters p of the set-up, with tolerances σ, and u, the last x0 of each
+period, to all readings. Let J and j be the derivatives of the readings of a period with respect to
+p and u, in standard deviations of the readings. The covariance of p is
 
     C = (Σ JᵀJ − Σ (Jᵀj)(jᵀJ)/(jᵀj) + 1/σ²)⁻¹,    summed over the periods.
 
@@ -46,7 +46,7 @@ PARAMETERS = parameters_of({}, frozenset(), np.ones(3))
 
 
 class Sensitivity(NamedTuple):
-    """Derivatives of readings and friction with respect to u and to q parameters.
+    """Derivatives of readings and friction with respect to u, the last x0, and to q parameters.
 
     They are taken at k friction coefficients. Readings are at x nodes in each of p periods, in
     units of the rod.

@@ -185,7 +185,7 @@ class Requirements(Keyed):
         Raises
         ------
         ArgumentError
-            If none is given.
+            If no material is given.
         """
         found = stated_material(self.setup)
         if found is None:

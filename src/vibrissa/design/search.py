@@ -29,7 +29,7 @@ class DesignStatus(StrEnum):
     FOUND
         A rod meets all constraints; the result is the best one.
     NONE
-        No rod meets all constraints; the result is the one that violates them least.
+        No rod meets all constraints; the result is the rod that violates them least.
     """
 
     FOUND = "found"
@@ -208,7 +208,7 @@ def design(requirements: Requirements) -> Design:
 
 
 def _violated(nearest: Candidate, alone: Sequence[str]) -> str:
-    """Write which constraints the rod violates, and which single ones to drop to allow a rod."""
+    """Write which constraints the rod violates, and which of them alone prevent all rods."""
     factors = ", ".join(
         f"{check.name} (by a factor of {check.use:.3g})"
         for check in nearest.checks

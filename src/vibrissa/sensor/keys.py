@@ -44,7 +44,7 @@ class Keyed(BaseModel):
     def validated(
         cls, given: Mapping[str, Any], path: Path | str | None = None, keys: Container[str] = ()
     ) -> Self:
-        """Make a model of values; the message about a key of the file (`keys`) names its `path`.
+        """Make a model from values; messages about `keys`, those of a file, name its `path`.
 
         Raises
         ------

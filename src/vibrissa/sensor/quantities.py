@@ -312,7 +312,7 @@ class Units:
         return f"{told:.{digits}g} {name}".removesuffix(" 1")
 
     def unit(self, kind: Kind) -> float:
-        """Return the value in SI units of a dimensionless 1 of this kind."""
+        """Return the SI value of the nondimensional unit of this kind."""
         if self.rod is None:
             return 1.0
         return {
@@ -326,7 +326,7 @@ class Units:
 
     @property
     def channels(self) -> FloatArray:
-        """Values in SI units of a dimensionless force_x, force_y and moment_z of 1, shape (3,)."""
+        """SI values of the nondimensional units of force_x, force_y and moment_z, shape (3,)."""
         return np.array([self.unit(kind) for kind in CHANNEL_KINDS])
 
     def name(self, kind: Kind) -> str:

@@ -87,7 +87,7 @@ class Whisker:
 
     @property
     def units(self) -> Units:
-        """Units of its results."""
+        """Units of the results."""
         return Units(self.rod, self.wished)
 
     @cached_property

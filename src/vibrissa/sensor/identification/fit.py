@@ -1,8 +1,9 @@
-"""One fit of the set-up, and of u of all periods, to all channels, with tolerances as priors.
+"""One fit of set-up and contact points to all recorded channels, with tolerances as priors.
 
 The parameters p minimise χ²(p) + Σ (p/σ)², where σ are the tolerances. For each p every period has
-its best u(p) (variable projection: Golub and Pereyra, 1973). The remaining errors of p have the
-covariance C = (JᵀJ + 1/σ²)⁻¹ with J = ∂(residuals)/∂p, by Bayes' theorem for normal errors.
+its best u(p), the x0 in its last sample (variable projection: Golub and Pereyra, 1973). The
+remaining errors of p have the covariance C = (JᵀJ + 1/σ²)⁻¹ with J = ∂(residuals)/∂p, by Bayes'
+theorem for normal errors.
 """
 
 from dataclasses import dataclass, replace
@@ -20,7 +21,7 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.response.heights import HIGHEST, LOWEST
 from vibrissa.sensor.whisker import Whisker
 
-# Number of Gauss-Newton steps for u: at first, and from the u of a similar set-up.
+# Number of Gauss-Newton steps for the last x0 of periods: at first, and from a similar set-up.
 FIRST_STEPS, STEPS = 8, 3
 # Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
 SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
@@ -42,7 +43,7 @@ class Changes(NamedTuple):
     readings : ndarray, shape (k, n, c)
         Derivatives of the readings of c channels, in standard deviations, with u fitted again.
     u : ndarray, shape (p, k)
-        Derivatives of the fitted u.
+        Derivatives of the fitted u, the x0 in the last sample of each period.
     friction : ndarray, shape (p, k)
         Derivatives of μ0 at fixed u.
     """
@@ -54,7 +55,7 @@ class Changes(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fit:
-    """A set-up with the fitted u of the periods, the residuals and their derivatives.
+    """A set-up with the fitted last x0 of each period, the residuals and their derivatives.
 
     Attributes
     ----------
@@ -82,7 +83,7 @@ class Fit:
         return self.set_up.p
 
     def _weighted(self, values: FloatArray, slope: FloatArray) -> FloatArray:
-        """Values of n blocks, (..., n, 3), in standard deviations of their means, (..., n, c)."""
+        """Values of n blocks, (..., n, 3), in standard deviations, for c channels, (..., n, c)."""
         position = self.task.recording.position
         scaled = self.task.weighted(values) * np.sqrt(self.task.blocks.count)[:, None]
         if not position:
@@ -96,12 +97,12 @@ class Fit:
 
     @cached_property
     def _slope(self) -> FloatArray:
-        """Derivatives of the loads with respect to u, shape (n, 3)."""
+        """Derivatives of the loads with respect to x0, shape (n, 3)."""
         return self.set_up.loads(*self.set_up.states(self.u), order=1)
 
     @cached_property
     def slope(self) -> FloatArray:
-        """Derivatives of the readings with respect to u, in standard deviations, shape (n, c)."""
+        """Derivatives of the readings with respect to x0, in standard deviations, shape (n, c)."""
         return self._weighted(self._slope, self._slope)
 
     @cached_property
@@ -113,11 +114,11 @@ class Fit:
 
     @cached_property
     def known(self) -> FloatArray:
-        """Inverse variance of each u for a known set-up, shape (p,)."""
+        """Inverse variance of the last x0 of each period for a known set-up, shape (p,)."""
         return np.maximum(self.task.blocks.sums((self.slope**2).sum(axis=1)), TINY)
 
     def contacts(self, steps: int) -> "Fit":
-        """Find the best u of the periods for this set-up, by Gauss-Newton steps."""
+        """Fit the last x0 of each period for this set-up, by Gauss-Newton steps."""
         fit = self
         for _ in range(steps):
             step = fit.task.blocks.sums((fit.residuals * fit.slope).sum(axis=1)) / fit.known
@@ -126,7 +127,7 @@ class Fit:
 
     @cached_property
     def by_setup(self) -> Changes:
-        """Derivatives with respect to each parameter."""
+        """Derivatives of readings, last x0 and friction with respect to each parameter."""
         blocks, slope = self.task.blocks, self.slope
         readings, friction = self.set_up.changes(self.u)
         found = self._weighted(readings, self._slope)
@@ -138,7 +139,7 @@ class Fit:
 
     @cached_property
     def rows(self) -> BoolArray:
-        """Whether each block belongs to a kept period, shape (n,)."""
+        """Whether each block belongs to a period to which the set-up is fitted, shape (n,)."""
         return self.kept[self.task.blocks.period]
 
     @cached_property
@@ -158,18 +159,18 @@ class Fit:
 
     @cached_property
     def jacobian(self) -> FloatArray:
-        """Derivatives of the m kept residuals with respect to `scores`, shape (f, m)."""
+        """Derivatives of m residuals of the fitted periods with respect to p/σ, shape (f, m)."""
         size, sigma = int(self.free.sum()), self.sigma[self.free]
         return -self.by_setup.readings[self.free][:, self.rows].reshape(size, -1) * sigma[:, None]
 
     @cached_property
     def normal(self) -> FloatArray:
-        """JᵀJ + 1, half the second derivatives of `total` with respect to `scores`, (f, f)."""
+        """JᵀJ + 1, half the second derivatives of the minimised sum in p/σ, shape (f, f)."""
         return np.asarray(self.jacobian @ self.jacobian.T + np.eye(len(self.jacobian)))
 
     @property
     def remaining(self) -> FloatArray:
-        """Covariance of the remaining errors of `scores`, shape (f, f)."""
+        """Covariance of the remaining errors of p/σ, shape (f, f)."""
         if not (self.settled and self.free.any()):
             return np.eye(int(self.free.sum()))
         return np.asarray(np.linalg.inv(self.normal))
@@ -182,12 +183,12 @@ class Fit:
 
     @property
     def total(self) -> float:
-        """The minimised sum: χ² of the kept periods, and Σ (p/σ)²."""
+        """The minimised sum: χ² of the fitted periods, and Σ (p/σ)²."""
         return float(self.squares[self.kept].sum() + (self.scores**2).sum())
 
     @property
     def degrees(self) -> int:
-        """Degrees of freedom of the kept periods."""
+        """Degrees of freedom of the fitted periods."""
         return int(self.rows.sum()) * len(self.task.used) - int(self.kept.sum())
 
     @cached_property
@@ -204,7 +205,7 @@ class Fit:
 
     @cached_property
     def misfits(self) -> FloatArray:
-        """`squares`, less the part explained by tip heights if the surface may slope, (p,)."""
+        """Squared residuals of each period, less the part explained by a sloping surface, (p,)."""
         if not self.task.slope.deviation:
             return self.squares
         height, variance = self.heights_of_tips
@@ -223,7 +224,7 @@ class Fit:
 
     @property
     def misfit(self) -> float:
-        """χ² of the kept periods, χ² of the heights of their tips, and Σ (p/σ)²."""
+        """χ² of the fitted periods, χ² of the heights of their tips, and Σ (p/σ)²."""
         heights, _ = self.unevenness
         return float(self.misfits[self.kept].sum() + heights + (self.scores**2).sum())
 
@@ -237,7 +238,7 @@ class Fit:
 
 
 def started(task: Task, given: Whisker, nearest: FloatArray) -> Fit:
-    """Start the fit: the given set-up, with u from the x0 of the states nearest to the blocks."""
+    """Start the fit at the given set-up, with x0 from the states nearest to the readings."""
     (set_up,) = set_ups(task, given, np.zeros(len(task.parameters)))
     periods = len(task.spans)
     # With u = 0 the x0 of a block is its difference from the x0 of the last sample.
@@ -297,7 +298,7 @@ def _better(fit: Fit) -> Fit | None:
 
 
 def _bounds(fit: Fit) -> FloatArray:
-    """Least and largest allowed `scores`, shape (2, f)."""
+    """Least and largest allowed p/σ, shape (2, f)."""
     given, number = fit.set_up.given, fit.task.number
     low, high = np.full(len(fit.p), -np.inf), np.full(len(fit.p), np.inf)
     low[number["theta"]] = 1.0 - given.theta

@@ -1,4 +1,4 @@
-"""The forward model: from parameters p of the set-up, and u of the periods, to readings and μ0.
+"""The forward model: from a set-up, and the last x0 of each period, to readings and friction.
 
 The clamp is at X on its path, which has the angle δ to the surface. So the height is
 
@@ -6,7 +6,8 @@ The clamp is at X on its path, which has the angle δ to the surface. So the hei
 
 A tip at the place x_c has the displacement x0(X) = X·cos δ + x1_init(h) − x_c from the α = 0 state
 of this height. Each period has one unknown u: x0 in its last sample. From the loads R(x0, h) of the
-rod the transducer makes the readings (1 + Σ p_k·M_k)·R plus its zeros.
+rod the transducer makes the readings (1 + Σ p_k·M_k)·R plus its zeros, where M_k is the matrix of
+the parameter p_k of the transducer.
 """
 
 from collections.abc import Mapping
@@ -136,28 +137,31 @@ class SetUp:
         return self.at(self.task.ends.clamp, u)[1]
 
     def states(self, u: FloatArray) -> tuple[HeightStates, FloatArray]:
-        """States of the rod in all blocks, and their displacements x0 (L)."""
+        """States of the rod in all blocks of samples, and their displacements x0 (L)."""
         return self.at(self.task.shown, self.contact(u)[self.task.blocks.period])
 
     def onset(self, u: FloatArray) -> tuple[HeightStates, FloatArray]:
-        """States and x0 (L) at the beginning, middle and end of the step of the slip, (p, 3)."""
+        """States and x0 (L) at start, middle and end of the step in which the tip slips, (p, 3)."""
         ends = self.task.ends
         clamp = ends.clamp[:, None] + ends.gap[:, None] * np.array([0.0, 0.5, 1.0])
         return self.at(clamp, self.contact(u)[:, None])
 
     def friction(self, u: FloatArray) -> FloatArray:
-        """Mobilised friction at the three places of `onset`, at most that of the lock, (p, 3)."""
+        """Mobilised friction at start, middle and end of the step in which the tip slips, (p, 3).
+
+        Past the lock it is the friction at the lock.
+        """
         states, x0 = self.onset(u)
         x0 = np.clip(x0, states.x0_pull, states.x0_lock)
         return np.asarray(self.task.ends.sign[:, None] * states.demand(x0))
 
     def loads(self, states: HeightStates, x0: FloatArray, order: int = 0) -> FloatArray:
-        """Return loads, or their derivatives over x0, in units of the given rod, (n, 3)."""
+        """Return the loads at x0, or their derivatives, in units of the given rod, (n, 3)."""
         at, length = states.clip(x0), 1.0 + self.size["length"]
         return states.derivative(at, order) * np.array([length**-2, length**-2, 1.0 / length])
 
     def readings(self, loads: FloatArray) -> FloatArray:
-        """Return the readings that the transducer gives for the loads of the blocks, (n, 3)."""
+        """Return the transducer's readings for the loads in n blocks of samples, shape (n, 3)."""
         shown = loads.copy()
         for one, size in zip(self.task.parameters, self.p, strict=True):
             if one.effect is not None and size:
@@ -165,7 +169,7 @@ class SetUp:
         return shown
 
     def changes(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Differentiate readings and friction with respect to each parameter, at fixed u.
+        """Differentiate readings and friction with respect to each parameter, at fixed last x0.
 
         Returns
         -------

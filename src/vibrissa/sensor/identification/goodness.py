@@ -135,7 +135,7 @@ class Goodness:
 
 @dataclass(frozen=True, kw_only=True)
 class Cause(Estimate):
-    """A quantity that may differ from its given value, estimated without its tolerance alone.
+    """A quantity that may differ from its given value, estimated as if it had no tolerance.
 
     Attributes
     ----------
@@ -156,8 +156,8 @@ class Cause(Estimate):
 def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
     """Find quantities that may differ from their given values, likeliest first, to first order.
 
-    Each quantity is estimated alone without its tolerance. An exact quantity is fitted together
-    with the u of the periods and, if the fit has converged, with the quantities that have a
+    Each quantity is estimated as if it alone had no tolerance. An exact quantity is fitted together
+    with the contact points and, if the fit has converged, with the quantities that have a
     tolerance.
     """
     free, settled = fit.free, fit.settled and bool(fit.free.any())

@@ -26,7 +26,7 @@ CERTAIN = 6.0
 
 
 def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
-    """Make the table of states at the middle of the heights that the stage passes.
+    """Tabulate the states of the rod at the middle of the heights that the stage passes.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def _check_states(fit: Fit) -> None:
 
 
 def _checks(fit: Fit, periods: Periods) -> list[Check]:
-    """Check that each period fits a tip that sticks, and that the tip slips with the clamp."""
+    """Check that each period fits a sticking tip, and that the tip slips as the clamp moves."""
     worst = fit.task.blocks.sums(fit.residuals**2).argmax(axis=1)
     contact = fit.set_up.contact(fit.u)
     own = np.hypot(fit.known**-0.5, fit.task.recording.position)

@@ -49,9 +49,9 @@ class Check:
     sentence : str
         The reason.
     summed : bool
-        Whether the summary states it, so that the notes need not.
+        Whether the summary states the reason; the notes then leave it out.
     coarse : bool
-        Whether the samples are too coarse, so that the summary states nothing after this reason.
+        Whether the samples are too coarse; the summary then ends with this reason.
     """
 
     grade: Grade
@@ -137,7 +137,7 @@ class Periods(Batch):
 
     @property
     def by_noise(self) -> FloatArray:
-        """Part of the deviation that is independent from period to period, shape (p,)."""
+        """Part of the deviation that is neither common nor by the step, shape (p,)."""
         square = self.deviation**2 - self.common**2 - self.by_step**2
         return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 

@@ -107,7 +107,7 @@ class Onsets:
 
     @property
     def along(self) -> FloatArray:
-        """Friction at the beginning, in the middle and at the end of the step, shape (p, 3)."""
+        """Friction at start, middle and end of the step in which the tip slips, shape (p, 3)."""
         return self._read[0] + self.change
 
     @property

@@ -107,7 +107,7 @@ class Recording(Batch):
         return self.delay * _averaged(np.gradient(self.clamp))
 
     def noted(self, *notes: str) -> Self:
-        """Add notes."""
+        """Add notes to the recording."""
         return replace(self, notes=(*self.notes, *notes))
 
     def naming(self, rows: Index, why: str) -> Self:

@@ -99,7 +99,7 @@ class Identification(Tabular):
         return self.goodness is None or self.goodness.fits
 
     def noted(self, note: str) -> "Identification":
-        """Add a note."""
+        """Add a note to the periods."""
         left_out = (*self.periods.left_out, note)
         return replace(self, periods=replace(self.periods, left_out=left_out))
 

@@ -76,7 +76,7 @@ class Spans(Batch):
 
     @property
     def between(self) -> IntArray:
-        """Rows between periods, where more than a usual period has and more than MOST_BETWEEN."""
+        """Rows of gaps between periods that are longer than a usual period and `MOST_BETWEEN`."""
         rows = [
             np.arange(last + 1, first)
             for last, first in zip(self.ends, self.begins[1:], strict=False)
@@ -122,7 +122,7 @@ def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
     Parameters
     ----------
     readings : ndarray, shape (n, 3)
-        In standard deviations; NaN of a channel that is not used.
+        Readings in standard deviations; NaN for a channel that is not used.
     """
     before, middle, after = readings[:-2], readings[1:-1], readings[2:]
     off = np.abs(middle - 0.5 * (after + before))

@@ -1,10 +1,10 @@
 """Friction of a surface from a recording, in a few numbers and lines.
 
-Period i has the friction μ_i. Its errors are n_i by the readings, s_i by the step, and e_i by the
-set-up, which all periods share. Friction varies from place to place with the variance t²
-(DerSimonian and Laird). Of the error by the step periods share the part s'_i² = max(0, s_i² − l²),
-where l² is t² less two of its standard errors. With the weights w_i = 1/(n_i² + t² + s'_i²),
-normalised,
+Period i has the friction μ_i, with errors n_i by the readings, s_i by the step of the stage and e_i
+by the set-up. Friction varies from place to place with the variance t² (DerSimonian and Laird). The
+errors by the set-up are common to all periods, and of the errors by the step the part
+s'_i² = max(0, s_i² − l²), where l² is t² less two of its standard errors. With the weights
+w_i = 1/(n_i² + t² + s'_i²), normalised,
 
     mean = Σ w_i·μ_i,   random² = Σ w_i²·(n_i² + s_i² − s'_i²),
     common² = (Σ w_i·s'_i)² + (Σ w_i·e_i)·C·(Σ w_i·e_i)ᵀ.
@@ -89,7 +89,7 @@ class FrictionSummary:
         return float(np.hypot(self.random, self.common))
 
     def __str__(self) -> str:
-        """Format as lines."""
+        """Format the summary as lines."""
         return "\n".join(self._lines())
 
     def _lines(self) -> Iterator[str]:
@@ -176,7 +176,7 @@ def summary_of(found: "Identification") -> FrictionSummary:
 
 
 def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
-    """Add the mean of the used periods."""
+    """Add the mean of the used periods and its uncertainty to a summary."""
     slope, covariance = known.found.slope, known.found.covariance
     noise, step = some.by_noise**2, some.by_step**2
     # A period without any error would have all the weight.

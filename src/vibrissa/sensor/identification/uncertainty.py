@@ -50,7 +50,7 @@ def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
     Parameters
     ----------
     slope : ndarray
-        Growth of the demand −tan α with x0 at the onset (1/L), constant within a step.
+        Growth of the mobilised friction −tan α with x0 at the onset (1/L), constant in a step.
     step : ndarray or float
         Step of the stage (L).
     """

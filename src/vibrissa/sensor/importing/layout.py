@@ -1,6 +1,6 @@
 """The layout of a laboratory's text file: separator, decimal sign, columns and their units.
 
-The separator is the one with the largest share of numbers among the cells.
+The separator is chosen so that the largest share of the cells are numbers.
 """
 
 import codecs

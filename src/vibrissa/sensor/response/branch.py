@@ -1,6 +1,6 @@
 """The response of a rod: clamp reactions over the displacement x0, where the clamp pushes or pulls.
 
-In pulling (x0 < 0) the response ends where the solver could not follow the path further.
+In pulling (x0 < 0) the response reaches as far as the path was solved.
 """
 
 from abc import ABC, abstractmethod

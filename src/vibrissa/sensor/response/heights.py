@@ -170,7 +170,7 @@ class HeightStates(States):
 
     @property
     def bounds(self) -> FloatArray:  # type: ignore[override]
-        """Landmarks of the only height, between which the reactions are smooth (L)."""
+        """Landmarks of the single height `eta`, between which the reactions are smooth (L)."""
         part = self.heights.parts[int(self.heights.part_of(self.eta))]
         return part.landmarks(np.atleast_1d(self.eta))[0, :-1]
 
@@ -275,7 +275,7 @@ def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
 
 
 def _parts(whisker: Whisker, low: float, high: float) -> list[Heights]:
-    """Interpolate between two heights; bisect this part where the error is above `EXACT`."""
+    """Interpolate a rod between two heights; bisect the range where the error is too large."""
     try:
         return [interpolated(whisker, low, high)]
     except NoResponseError as error:

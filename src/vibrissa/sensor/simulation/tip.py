@@ -80,7 +80,7 @@ class Slip:
     clamp : float
         Position of the clamp along the surface (L).
     side : int
-        1 for a tip ahead of the clamp, −1 for one behind it.
+        1 for a tip ahead of the clamp, −1 for a tip behind it.
     """
 
     response: States
@@ -126,7 +126,7 @@ class Slip:
         kinks = np.append(ahead * (response.bounds - x0), onward * (surface.edges - contact))
 
         def excess_force(end: float) -> BPoly:
-            """Tangential force less kinetic friction (E·I0/L²) over the distance, cell by cell."""
+            """Tangential force less kinetic friction (E·I0/L²) over the distance of the slide."""
             breaks = np.concatenate([kinks, np.arange(0.0, end, CELL), [0.0, end]])
             breaks = np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])
             way = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
@@ -182,7 +182,7 @@ class Tip:
         return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
 
     def exit(self, clamp: float) -> tuple[int, bool]:
-        """Return the margin that ends sticking at a clamp position; whether it is past the lock."""
+        """Return the number of the margin that ends sticking, and whether x0 is past the lock."""
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         return int(np.argmin(self.margins(clamp))), bool(x0 > states.x0_lock)
 
