@@ -422,7 +422,7 @@ def test_a_grid_on_which_no_tip_slips_by_itself_is_not_one_on_which_none_slips(e
 
 # Statements on what is beyond the lock: words on what the rods do there.
 BEYOND = {
-    "event frequency": "one that a pushed rod has",
+    "event frequency": "a pushed rod has the same frequency",
     "end of sticking": "slips when it is pulled",
     "longer with μ0": "less deformed where its tip slips",
     "non-linear in μ0": "only after the rod has buckled laterally",

@@ -58,7 +58,9 @@ def reading(path: str | Path) -> Iterator[None]:
     except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
         # Only an error of the operating system has an errno: the file itself may be sound.
         if getattr(error, "errno", None):
-            raise TableError(f"{path} cannot be read ({error}); mend that and run again") from None
+            raise TableError(
+                f"{path} cannot be read ({error}); remove the cause and run again"
+            ) from None
         reason = " ".join(str(error).split())
         raise DamagedTableError(path, f"cannot be read ({reason})") from None
 
