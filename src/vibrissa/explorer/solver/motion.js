@@ -98,10 +98,7 @@ export function isMirrored(path) {
   return isIdealRod(path.branch.rod.mounting) && !isOblique(path);
 }
 
-/**
- * The limit at which sticking ends before a displacement; null if there is none.
- * @type {(sticking: Sticking, aim: number) => { x0: number, by: Limit } | null}
- */
+/** Limit that ends sticking before `aim`. @type {(sticking: Sticking, aim: number) => { x0: number, by: Limit } | null} */
 function limitOf({ low, lowBy, high, highBy }, aim) {
   if (aim > high + TOLERANCE) return { x0: high, by: highBy };
   return aim < low - TOLERANCE ? { x0: low, by: lowBy } : null;

@@ -11,10 +11,7 @@ export function plainName(name) {
   return name.replace("²", "^2").replaceAll("·", "*").replace("µ", "u").replace("°", "deg");
 }
 
-/**
- * The units L, E·I0/L² and E·I0/L in mm, N and N·mm.
- * @type {(whisker: Whisker) => Record<"length" | "force" | "moment", number>}
- */
+/** L, E·I0/L² and E·I0/L in mm, N and N·mm. @type {(whisker: Whisker) => Record<"length" | "force" | "moment", number>} */
 function scalesOf({ modulus, diameter, length }) {
   // GPa = 10³ N/mm²
   const stiffness = (1e3 * modulus * Math.PI * diameter ** 4) / 64;
