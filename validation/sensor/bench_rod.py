@@ -29,6 +29,10 @@ NODES, LEVELS = 32, 7
 PARTS = 3
 
 
+class NoStateError(ValueError):
+    """A rod has no state at a height, as with a ratio fx/fy at which it locks."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Rod:
     """A rod and its clamp, ideal by default.
@@ -117,7 +121,7 @@ def solve(rod, dy, guess, *, dx=None, ratio=None):
         jacobian = np.moveaxis(rows[:, 1:], -1, 0)
         state -= np.linalg.solve(jacobian, misfit.T[..., None])[..., 0].T
     if not np.abs(misfit).max() < SOLVED:
-        raise ValueError(f"no state of {rod} at dy = {dy}")
+        raise NoStateError(f"no state of {rod} at dy = {dy}")
     return np.concatenate([state, end[3, :1], end[0, :1]])
 
 
