@@ -171,6 +171,7 @@ def test_the_moment_alone_tells_what_it_can(response):
     readings = recording.readings * [np.nan, np.nan, 1.03]
     found = found_in(replace(recording, readings=readings))
     assert not found.goodness.fits and found.causes
+    assert "not compared with the ratio of the forces" in " ".join(found.periods.notes)
 
 
 @pytest.mark.slow

@@ -9,9 +9,10 @@ from typer.testing import CliRunner
 from steel import NOISE, measured, recording_of, write
 from vibrissa import Mounting
 from vibrissa.cli.app import app
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor import identify as identify_with
+from vibrissa.sensor.identification.forward import set_ups
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.tolerances import read_tolerances
 
@@ -122,6 +123,26 @@ def test_another_mounting_within_its_tolerance_is_found(name, size, tolerance):
     (one,) = found.estimates
     assert one.size == pytest.approx(size, abs=4 * one.deviation + 1e-9)
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
+
+
+@pytest.mark.slow
+def test_a_step_to_a_set_up_without_a_response_is_halved(monkeypatch):
+    _, recording = recorded(GIVEN, scale=1.001)
+    given = {"modulus": 0.01, "clamp_angle": "0.1 deg"}
+    wanted = identify(GIVEN, recording, noise=NOISE, tolerances=given)
+    tried = []
+
+    def unsolved_at_first(task, rod, *sets):
+        tried.extend(p for p in sets if len(sets) == 1 and p.any())
+        if len(tried) == 1:
+            raise NoResponseError("no response")
+        return set_ups(task, rod, *sets)
+
+    monkeypatch.setattr("vibrissa.sensor.identification.fit.set_ups", unsolved_at_first)
+    found = identify(GIVEN, recording, noise=NOISE, tolerances=given)
+    assert tried[1] == pytest.approx(0.5 * tried[0])
+    for one, other in zip(found.estimates, wanted.estimates, strict=True):
+        assert one.size == pytest.approx(other.size, abs=0.01 * other.deviation)
 
 
 @pytest.mark.slow

@@ -152,8 +152,6 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
             raise type(error)(f"{error}{more}") from error
         found = _read(task)
         return found.noted(f"not compared with the model of the rod: {error}")
-    if method is Method.MODEL and not task.both_forces:
-        return model
     try:
         ratio = read_ratio(task)
     except RecordingError as error:
