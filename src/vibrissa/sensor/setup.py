@@ -25,8 +25,9 @@ MOUNTING = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
 
 
 class Setup(Keyed):
-    """Rod, mounting and transducer, with units and tolerances as stated; made by `Setup.read`.
+    """Rod, mounting and transducer as the user states them, made by `Setup.read`.
 
+    A quantity is a number, or a text with a unit, a tolerance or both: ``"85 ± 0.1 mm"``.
     Numbers without a unit are nondimensional: lengths in units of the rod's length. An angle other
     than 0 needs a unit.
 
@@ -107,7 +108,7 @@ class Setup(Keyed):
         return tolerances
 
     def stated(self) -> dict[str, Any]:
-        """Keys of a set-up file with the same content."""
+        """Keys and values that were given, in the notation of a set-up file."""
         return {
             name: value.written if isinstance(value, Measured) else value
             for name, value in self
@@ -115,18 +116,24 @@ class Setup(Keyed):
         }
 
     def in_si(self, name: str) -> float | None:
-        """SI value of a quantity written with its unit; None if not stated."""
+        """Value of the quantity `name` in SI units; None if it was not given.
+
+        Raises
+        ------
+        ArgumentError
+            If the quantity has no unit.
+        """
         measured = getattr(self, name)
         return None if measured is None else self.kinds()[name].read(str(measured.value), name)
 
     @cached_property
     def rod(self) -> Rod | None:
-        """The rod in SI units; None if no property of it is stated.
+        """The rod in SI units; None without modulus, diameter and length.
 
         Raises
         ------
         ArgumentError
-            If only some of its properties are stated, or one has no unit.
+            If only one or two of these three are given, or one of them has no unit.
         """
         sizes = {name: self.in_si(name) for name in ("modulus", "diameter", "length")}
         missing = [name for name, size in sizes.items() if size is None]
@@ -140,12 +147,13 @@ class Setup(Keyed):
 
     @cached_property
     def whisker(self) -> Whisker:
-        """The whisker, with the tolerances that were stated.
+        """The whisker, with the tolerances that were given.
 
         Raises
         ------
         ArgumentError
-            If taper or height is missing, or the values do not fit each other.
+            If theta or eta is missing, the height is not below the length of the rod, a quantity
+            has a unit that needs a rod, or a tolerance is not allowed.
         """
         if self.theta is None or self.eta is None:
             name = "theta" if self.theta is None else "eta"

@@ -143,10 +143,14 @@ def _increasing(
 def random(
     seed: int, mean: float, deviation: float, correlation: float, least: float = 0.02
 ) -> Surface:
-    """Surface with random friction: a normal process with Gaussian correlation, cut at `least`.
+    """Surface with random, normally distributed friction, whose correlation is Gaussian.
 
     Parameters
     ----------
+    mean, deviation : float
+        Mean and standard deviation of μ0.
+    least : float
+        Smallest μ0, which replaces smaller values of the random process.
     correlation : float
         Distance at which the correlation has fallen to exp(−1/2) (L).
     """

@@ -30,16 +30,18 @@ class Tolerable:
     Attributes
     ----------
     size : float
-        Default tolerance, in units of the rod, rad, or relative; with a `channel`, in standard
-        deviations of one reading.
+        Default tolerance: nondimensional, in rad, or relative to the value. With a `channel` it is
+        in standard deviations of one reading of that channel.
     reason : str
         Source of the default: a standard, a data sheet, or an estimate with its reason.
     si : float
-        Default in SI units, for a rod in SI units; 0 if `size` holds for every rod.
+        Default tolerance in SI units, which replaces `size` if the rod is in SI units; 0: `size`
+        holds for these rods, too.
     relative : bool
         Whether the tolerance is relative to the value.
     channel : int
-        Number of the channel whose noise sets the default; -1 without one.
+        Transducer channel whose noise sets the default, 0 to 2 (force_x, force_y, moment_z); −1:
+        none.
     """
 
     kind: Kind
@@ -58,7 +60,15 @@ class Tolerable:
         return cls(**{**entry, "kind": kind, "size": radians if kind is Kind.ANGLE else size})
 
     def default(self, unit: float, noise: FloatArray) -> float:
-        """Default tolerance, given the SI value of the rod's unit and the noise of channels."""
+        """Default tolerance: nondimensional, in rad, or relative to the value.
+
+        Parameters
+        ----------
+        unit : float
+            SI value of the nondimensional unit of this quantity; 1 without a rod in SI units.
+        noise : ndarray, shape (3,)
+            Standard deviation of a reading of each channel (E·I0/L² and E·I0/L).
+        """
         if self.channel >= 0:
             return self.size * float(noise[self.channel])
         return self.si / unit if self.si and unit != 1.0 else self.size
@@ -93,7 +103,7 @@ def read_tolerances(
     Returns
     -------
     dict of str to float
-        In units of the rod, rad, or relative; 0 where a quantity is exact.
+        Tolerances: nondimensional, in rad, or relative to the value; 0 for an exact quantity.
 
     Raises
     ------
@@ -135,7 +145,7 @@ def _value(whisker: "Whisker | None", name: str) -> float:
 
 
 def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
-    """Return the default tolerances by name, in units of the rod, rad, or relative."""
+    """Return the default tolerance of each quantity; for `noise` see `Tolerable.default`."""
     found = {name: one.default(units.unit(one.kind), noise) for name, one in TOLERABLE.items()}
     return {name: size for name, size in found.items() if np.isfinite(size)}
 

@@ -70,7 +70,7 @@ class Transducer(Card):
         return np.where(step > 0.0, counts * step, reading)
 
     def saturated(self, readings: FloatArray) -> BoolArray:
-        """Whether each reading is at a limit, to within its resolution."""
+        """Whether each reading is at a limit of its channel, to within one step of resolution."""
         return np.asarray(np.abs(readings) >= np.array(self.limit) - self.resolution)
 
     @property
@@ -81,7 +81,7 @@ class Transducer(Card):
 
 
 def transducer_of(given: Transducer | str, units: Units) -> Transducer:
-    """Return a transducer; refuse nondimensional units, as its readings are in SI units."""
+    """Return the given transducer, or the preset of this name; refuse nondimensional units."""
     if units.nondimensional:
         raise ArgumentError("with a transducer, give modulus, diameter and length of the rod")
     return preset(given) if isinstance(given, str) else given

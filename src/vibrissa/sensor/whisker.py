@@ -40,7 +40,7 @@ class Whisker:
     rod : Rod or None
         The rod in SI units; None: all quantities are nondimensional.
     mounting : Mounting
-        Clamp, natural shape and stage.
+        Inclination and compliance of the clamp, natural curvature, angle of the stage.
     tolerances : mapping of str to float
         Stated standard deviations, as from `read_tolerances`.
     wished : dict of Kind to str
@@ -99,12 +99,12 @@ class Whisker:
 
     @cached_property
     def response(self) -> "Response":
-        """Clamp reactions over x0, including retraction (x0 < 0) if that was solved.
+        """Clamp reactions over x0, for x0 < 0 (the clamp pulled back) as far as they were solved.
 
         Raises
         ------
         NoResponseError
-            If the rod has no response.
+            If the sticking curve cannot be solved, or the stage is oblique.
         """
         from vibrissa.sensor.response.branch import responses
 
@@ -129,7 +129,8 @@ class Whisker:
         Raises
         ------
         NoResponseError
-            If the rod has no response at one of the heights.
+            If the sticking curve cannot be solved at one of the heights, or a height is too close
+            to 0 or to 1.
         """
         from vibrissa.sensor.response.heights import Stage, respond_over
 

@@ -40,7 +40,7 @@ class EquilibriumState(ContactState):
     status : Status
         ``solved``, ``out_of_reach`` or ``failed``; without a solution all numbers are NaN.
     message : str
-        Empty, or what went wrong and what to try.
+        What went wrong and what to try; empty if solved.
     contact : str
         ``point`` if the tip alone touches, ``line`` if the rod lies along the surface; empty
         without a solution.
@@ -91,7 +91,7 @@ class EquilibriumState(ContactState):
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Onset:
-    """Onset of slip of one period of sticking; prints as a short table.
+    """End of one period of sticking: the onset of slip, or the lock; prints as a short table.
 
     Attributes
     ----------
@@ -103,9 +103,10 @@ class Onset:
     x0_slip : float
         Exact onset of slip (L); NaN unless the tip slips.
     n_steps : int or None
-        Steps to the last sticking state; None without a step size or an onset.
+        Number of steps from α = 0 to the last step at which the tip sticks; None without dx0 or
+        without an onset.
     x0_max : float
-        x0 of the last sticking state, the paper's x0,max (L); NaN without a step size or an onset.
+        Displacement at this step, the paper's x0,max (L); NaN without dx0 or without an onset.
     mu_lock : float
         Friction coefficient above which the tip is self-locking.
     slip : StickingState
@@ -115,8 +116,8 @@ class Onset:
     ended : StickingState
         State in which sticking ends after self-locking; NaN unless the tip locks.
     trail : StickingState
-        Last sticking state of a rod that trails behind the clamp after lateral buckling; x0 counts
-        from the α = 0 state before the buckling. NaN for other rods.
+        Last sticking state after lateral buckling, when the rod trails behind the clamp; NaN if
+        the rod does not buckle. Its x0 counts from the α = 0 state in which the period began.
     residual : float
         Largest equilibrium residual of the curve.
     """
@@ -221,7 +222,8 @@ def solve_state(
     Returns
     -------
     EquilibriumState
-        State on the equilibrium path from α = 0. For x1 > 0 no other state has a lower force.
+        State on the equilibrium path from α = 0. For x1 > 0 it is the equilibrium with the smallest
+        contact force.
 
     Raises
     ------
@@ -259,7 +261,7 @@ def solve_state(
 
 
 def _loads(solution: RodStates | None) -> dict[str, float]:
-    """Compute loads and contact of one state; NaN without a solution."""
+    """Compute loads, contact and margins of stability of one state; NaN without a solution."""
     if solution is None:
         return dict.fromkeys(ContactState.names(), np.nan)
     end = ends(solution)
@@ -282,7 +284,11 @@ def solve_curves(
     section: str,
     retract: bool = False,
 ) -> list[StickingCurve]:
-    """Solve the sticking curves of several rods together by collocation; see `solve_curve`."""
+    """Solve the sticking curves of several rods together by collocation; see `solve_curve`.
+
+    With `retract`, every curve has states at x0 < 0, where the clamp is pulled back, as far as they
+    can be solved; otherwise only curves of round rods in an ideal mounting have them.
+    """
     for taper, height, mounting in zip(theta, eta, mountings, strict=True):
         _check(taper, height, contact=contact, mounting=mounting, section=section)
     return collocation.solve_curves(
@@ -315,19 +321,19 @@ def solve_curve(
     method : str
         ``collocation`` or ``shooting``.
     dx0 : float, optional
-        Footpoint displacement step (L); needed by ``shooting`` alone.
+        Step of the clamp (L); only ``shooting`` needs it.
     contact : str
-        ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
+        ``point`` or ``line``, as in `solve_state`; ``shooting`` solves only ``point``.
     mounting : Mounting
-        Mounting of the rod; ``shooting`` solves the ideal one alone.
+        Mounting of the rod; ``shooting`` solves only the ideal one.
     section : str
         ``round``: the rod buckles laterally; ``planar``: a strip or a guided rod, which does not.
 
     Returns
     -------
     StickingCurve
-        Curve with read-only arrays. Its status is ``out_of_reach`` also if no state with α = 0
-        exists.
+        Curve with read-only arrays. If the rod has no state with α = 0, its status is
+        ``out_of_reach``.
 
     Raises
     ------
@@ -379,7 +385,7 @@ def solve_onset(
     mounting: Mounting = IDEAL,
     section: str = RodSection.ROUND,
 ) -> Onset:
-    """Solve one period of sticking: exact onset of slip and last sticking state.
+    """Solve one period of sticking: exact onset of slip, and last step at which the tip sticks.
 
     Parameters
     ----------
@@ -390,7 +396,8 @@ def solve_onset(
     eta : float
         As in `solve_curve` (L).
     dx0 : float or Decimal, optional
-        Footpoint displacement step (L) for the paper's x0,max; ``shooting`` needs it.
+        Step of the clamp (L). The paper's x0,max is the largest multiple of dx0 up to the onset of
+        slip; without dx0 it is NaN. ``shooting`` needs a step.
     method, contact, mounting, section : optional
         As in `solve_curve`.
 
@@ -452,21 +459,21 @@ def friction_from_travel(
     theta, eta : float
         As in `solve_curve`.
     x0_max : float or Decimal
-        Displacement of the clamp at the last sticking state (L).
+        Displacement of the clamp at the last step at which the tip sticks (L).
     dx0 : float or Decimal
-        Footpoint displacement step (L).
+        Step of the clamp (L).
     contact, mounting, section : optional
         As in `solve_curve`.
 
     Returns
     -------
     FrictionRange
-        Range of μ0; `high` is μ_lock if the step reaches the lock.
+        Range of μ0; `high` is μ_lock if the next step reaches x0_lock, where −tan α is largest.
 
     Raises
     ------
     ArgumentError
-        If an argument is out of range, or x0_max is not below the longest period of sticking.
+        If an argument is out of range, or x0_max is not below x0_lock.
 
     Examples
     --------
@@ -482,8 +489,8 @@ def friction_from_travel(
     curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
     if not float(x0_max) < curve.x0_lock:
         raise ArgumentError(
-            f"x0_max must lie below {curve.x0_lock:.6g}, the longest period of sticking of this "
-            f"rod, got {x0_max}"
+            f"x0_max must lie below {curve.x0_lock:.6g}, the largest displacement at which the tip "
+            f"of this rod slips, got {x0_max}"
         )
     after = min(float(x0_max) + float(dx0), curve.x0_lock)
     low, high = curve.state(np.array([float(x0_max), after])).mobilised_friction
@@ -503,7 +510,12 @@ def onset_on(
     dx0: float | Decimal | None = None,
     told: Callable[[float], str] = lambda length: f"{length:.6g}",
 ) -> Onset:
-    """Find the end of a period of sticking on a curve; `told` formats lengths (L) in the message.
+    """Find the end of a period of sticking on a curve; see `solve_onset`.
+
+    Parameters
+    ----------
+    told : callable
+        Formats a length (L) for the message.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Assembly of sticking curves from solved pieces: their ends, locks and first touches."""
+"""Assembly of sticking curves from solved pieces: end, lock and first touch of each curve."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,12 +25,16 @@ NOT_IN_PLANE = (
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ShapeLimits(Batch):
-    """Parameter values of pieces at which a curve may end because of the rod's shape.
+    """Places on the pieces of a curve at which the rod's shape may end the curve.
+
+    A place is a value of the piece's continuation parameter; NaN if the piece has no such place.
 
     Attributes
     ----------
-    out_of_reach, swings_aside : ndarray, shape (pieces,)
-        Where the shape becomes inadmissible, and where the rod buckles laterally; NaN if nowhere.
+    out_of_reach : ndarray, shape (pieces,)
+        Places at which the shape becomes inadmissible.
+    swings_aside : ndarray, shape (pieces,)
+        Places at which the rod buckles laterally in a non-ideal mounting.
     reason : ndarray of str, shape (pieces,)
         Why the shape is inadmissible.
     """
@@ -51,21 +55,22 @@ class _Extremes(NamedTuple):
 def assembled_curves(
     followed: Sequence[StickingCurve], limits: Sequence[ShapeLimits]
 ) -> list[StickingCurve]:
-    """Cut curves off at their ends, and locate their locks and first tangential touches.
+    """Cut each curve off at its end, and find its lock and its first tangential touch.
 
     Parameters
     ----------
     followed : sequence of StickingCurve
-        At least one curve. The pieces reach from x0 = 0 to beyond the end of the curve. Its `end`
-        is kept if no earlier end is found.
+        At least one curve. The pieces of a curve reach from x0 = 0 to beyond its end. If no earlier
+        end is found, the curve keeps its `end`.
     limits : sequence of ShapeLimits
-        Limits of each curve's pieces.
+        For each curve the limits of its pieces.
 
     Returns
     -------
     list of StickingCurve
-        Finished curves. Their status is ``failed`` if −tan α has no maximum, and ``out_of_reach``
-        if the shape becomes inadmissible before the maximum; the curve then ends at this shape.
+        Curves with their ends, locks and touches. The status is ``failed`` if −tan α has no
+        maximum. It is ``out_of_reach`` if the rod leaves its plane at α = 0 already, or if the
+        shape becomes inadmissible before the maximum; the curve then ends at this shape.
     """
     kept = _until_end(followed, ShapeLimits.concatenate(limits))
     extremes = _extremes(Pieces.concatenate([curve.pieces for curve in kept]))
@@ -135,7 +140,10 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
 
 
 def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray:
-    """Parameter values where ideal round rods buckle: x0 = x1_init − (1 − s_c); NaN if nowhere."""
+    """Parameter values where the clamp passes under the contact point, x0 = x1_init − (1 − s_c).
+
+    There a round rod in an ideal mounting buckles laterally; NaN for other rods and pieces.
+    """
     passes = [c.section is RodSection.ROUND and c.mounting.is_ideal for c in curves]
     each = np.where(passes, [curve.x1_init for curve in curves], np.nan)
     x1_init = np.repeat(each, [len(curve.pieces) for curve in curves])

@@ -18,8 +18,9 @@ def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) 
     -------
     dict
         Columns of `vibrissa.tables.schemas.COMPARISONS`. Rows are ordered by η, then θ, then μ0.
-        Names of results end with the contact model, as in `mu_lock_line`. `penetrates` is true
-        where the point-contact shape passes through the surface before the onset or the lock.
+        The name of a column of results ends with the contact model, as in `mu_lock_line`.
+        `penetrates` is true where the point-contact shape passes through the surface before the
+        onset or the lock.
     """
     pairs = np.array([(t, e) for e in eta for t in theta], dtype=float)
     count, friction = len(mu0), np.array(mu0, dtype=float)

@@ -1,4 +1,4 @@
-"""The sticking curve: every state from α = 0 to its end, for one (θ, η).
+"""The sticking curve: all states of one rod at one height, from α = 0 to the end of sticking.
 
 Friction enters afterwards: μ0 decides where on the curve sticking ends (the onset, −tan α = μ0).
 """
@@ -34,17 +34,20 @@ class StickingCurve:
     method : str
         ``collocation`` or ``shooting``.
     status : Status
-        ``solved``, ``failed``, or ``out_of_reach`` if the shape becomes inadmissible before the
-        lock; the curve then has the states before this shape, if any.
-    message, end_message : str
-        What went wrong and what to try, and details of the end.
+        ``solved``, ``failed``, or ``out_of_reach`` if a shape before the lock is inadmissible; the
+        curve then has the states before this shape, if any.
+    message : str
+        What went wrong and what to try; empty if solved.
+    end_message : str
+        Why the shape is inadmissible or the curve was not followed further; else empty.
     x1_init : float
-        Contact point in the α = 0 state, with the clamp at x = 0 (L).
+        Position of the tip in the α = 0 state, with the clamp at x = 0 (L).
     pieces : Pieces
-        Smooth pieces of the curve, in order.
+        Smooth pieces of the curve at x0 ≥ 0, where the clamp pushes the tip; x0 increases.
     retraction : Pieces
-        Smooth pieces at x0 < 0, where the clamp pulls the tip; empty if not resolved. For planar
-        rods and non-ideal mountings they are solved on request only.
+        Smooth pieces at x0 < 0, where the clamp is pulled back; empty if they were not solved. For
+        planar rods and non-ideal mountings they are solved only with the argument `retract` of
+        `vibrissa.sticking.api.solve_curves`.
     section : RodSection
     residual : float
         Largest equilibrium residual between the solved states; by shooting, largest distance
@@ -53,8 +56,8 @@ class StickingCurve:
         Displacement (L) at which −tan α is largest, and its value there, which is infinite if the
         tip lifts off (fy = 0) before a maximum.
     x0_touch : float
-        First displacement (L) at which φ1 = 0; NaN if there is none before locking, 0 if the rod
-        lies on the surface from the start.
+        Smallest displacement (L) at which φ1 = 0; NaN if there is none before the lock, 0 if the
+        rod lies on the surface at α = 0 already.
     end : End
         Why the curve ends. A round rod ``swings_aside`` where the clamp passes under the contact
         point or, in a non-ideal mounting, where `stability_aside` vanishes.
@@ -78,16 +81,17 @@ class StickingCurve:
     mounting: Mounting = IDEAL
 
     def contact_point(self, x0: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Position of the tip relative to the clamp after displacements of the clamp (L).
+        """Position (x, y) of the tip relative to the clamp, at displacements x0 (L).
 
-        In line contact, the part beyond the contact point counts as if it lay along the surface.
+        In line contact it is the point of the surface at the distance 1 − s_c beyond the contact
+        point, even if a curved rod hangs free there.
         """
         x0, stage_angle = np.asarray(x0, dtype=float), self.mounting.stage_angle
         return self.x1_init - x0 * np.cos(stage_angle), self.eta - x0 * np.sin(stage_angle)
 
     @property
     def x0_end(self) -> float:
-        """Last displacement of the curve (L); NaN if the curve has no states."""
+        """Largest displacement (L); NaN if the curve has no states."""
         return float(self.pieces.last_x0[-1]) if self.pieces else np.nan
 
     def _need_states(self, what: str) -> None:
@@ -96,7 +100,7 @@ class StickingCurve:
 
     @property
     def x0_pull(self) -> float:
-        """First displacement of the curve (L): where its retraction begins, or 0 without one."""
+        """Smallest displacement (L): negative if the curve has states at x0 < 0, otherwise 0."""
         return float(self.retraction.first_x0[0]) if self.retraction else 0.0
 
     @cached_property
@@ -105,14 +109,14 @@ class StickingCurve:
         return CurveArray(curves=(self,))
 
     def contact(self, x0: ArrayLike) -> list[str]:
-        """Kind of contact at displacements on the curve; empty where x0 is NaN."""
+        """Kind of contact, ``point`` or ``line``, at displacements; empty where x0 is NaN."""
         x0 = np.atleast_1d(np.asarray(x0, dtype=float))
         if not self.pieces:
             return [""] * len(x0)
         return self._alone.contact(_first(x0), x0)
 
     def state(self, x0: ArrayLike) -> StickingState:
-        """Sticking state at displacements between `x0_pull` and the curve's end (L).
+        """Sticking states at displacements between `x0_pull` and `x0_end` (L).
 
         Raises
         ------
@@ -163,12 +167,12 @@ class StickingCurve:
         return self._alone.onset(_first(mu0.ravel()), mu0.ravel()).reshape(mu0.shape)
 
     def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
-        """How and where sticking ends after the lock.
+        """How sticking ends after the lock, and in which state.
 
         Returns
         -------
         ends : list of End
-            ``slips_back`` where tan α reaches +μ0 on the curve, the curve's own end otherwise.
+            ``slips_back`` if tan α reaches +μ0 before the curve ends; else the `end` of the curve.
         states : StickingState
             States in which sticking ends; NaN if the curve was not followed to its end.
 
@@ -186,10 +190,10 @@ class StickingCurve:
         return self._alone.motion_end(_first(mu0), mu0)
 
     def trailing_end(self, mu0: ArrayLike) -> StickingState:
-        """Last sticking state of a rod after lateral buckling, for μ0 > μ_lock.
+        """Last sticking states after lateral buckling, when the rod trails behind the clamp.
 
-        Its x0 counts from the α = 0 state before the buckling. NaN if the rod does not buckle or
-        the curve has no retraction.
+        They hold for μ0 > μ_lock. Their x0 counts from the α = 0 state before the buckling. NaN if
+        the rod does not buckle, or if the curve has no state at x0 < 0 in which such a tip slips.
         """
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         return self._alone.trailing_end(_first(mu0), mu0)

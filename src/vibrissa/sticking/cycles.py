@@ -1,6 +1,6 @@
 """Stick-slip cycles: states of the rod while the clamp moves through many periods.
 
-The tip sticks until the first step of the footpoint at which −tan α > μ0. It then slips until
+The tip sticks until the first step of the clamp at which −tan α > μ0. It then slips until
 α = 0, as in the paper; `vibrissa.sensor.simulation.tip` has other laws of slip.
 """
 
@@ -26,7 +26,7 @@ from vibrissa.sticking.stiction import read_curve
 
 
 class Phase(StrEnum):
-    """Phase of the tip at a footpoint position: it sticks, or has just slipped."""
+    """Phase of the tip at a step of the clamp: it sticks, or has just slipped."""
 
     STICK = "stick"
     SLIP = "slip"
@@ -39,12 +39,13 @@ class Scan:
     Attributes
     ----------
     status : Status
-        ``slip``, or ``lock`` if the tip locks: a rod that buckles laterally is then dragged along,
-        and other scans end with their first period. The curve's status if there are no states.
+        ``slip`` if the tip slips forward, ``lock`` if it locks. A locked tip is dragged behind the
+        clamp if the rod buckles laterally; else the scan ends with the first period. A scan without
+        states has the status of the curve.
     cycle : ndarray of int, shape (n,)
         Number of the stick-slip cycle, from 1; a cycle ends with its slip.
     step : ndarray of int, shape (n,)
-        Steps of the footpoint since the cycle began.
+        Number of steps of the clamp since the cycle began.
     phase : list of Phase
         ``slip`` for the state into which the tip has just slipped, ``stick`` otherwise.
     footpoint : ndarray, shape (n,)
@@ -99,13 +100,14 @@ def stick_slip(
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
     contact : str
-        Contact model of later cycles, which are solved anew on an oblique stage.
+        Contact model for an oblique stage, on which each cycle after the first has another height
+        and therefore another curve, which is solved here.
 
     Returns
     -------
     Scan
-        One row for each footpoint position: the α = 0 state, then for each cycle its sticking
-        steps and the state into which it slips.
+        One row for each step of the clamp: the α = 0 state, then for each cycle its sticking states
+        and the state after its slip.
 
     Raises
     ------

@@ -52,11 +52,12 @@ class TipPhase(StrEnum):
     STICK
         The tip has not slipped since the previous step.
     LOCK
-        The tip sticks past the critical state: pushing cannot make it slip.
+        The tip sticks at x0 > x0_lock, the displacement at which −tan α is largest: pushed
+        further, it does not slip forward.
     SLIP
         The tip has just slipped and is at rest.
     SWING
-        The rod has just buckled laterally, to the other side of the clamp; the tip sticks.
+        The rod has just buckled laterally. Its tip sticks, on the other side of the clamp.
     """
 
     STICK = "stick"
@@ -66,7 +67,7 @@ class TipPhase(StrEnum):
 
 
 class TipSide(StrEnum):
-    """Side of the clamp on which the tip is: ahead, as at the start, or dragged behind."""
+    """Side of the clamp on which the tip is: ahead of it, as at the start, or behind it."""
 
     AHEAD = "ahead"
     BEHIND = "behind"
@@ -80,10 +81,11 @@ class Outcome(StrEnum):
     COMPLETE
         The clamp reached the end of the path.
     LOCK
-        The tip locked and was pushed until sticking ended, other than by lateral buckling.
+        The tip locked and was pushed until sticking ended; the motion after that is not computed.
     LOST
-        A slip passed α = 0 and left the computed states: a pushed tip lifted off the surface, or
-        a pulled tip reached the end of pushing.
+        A slip passed α = 0 and did not end within the states that were computed: a tip that had
+        been pushed lifted off the surface, or a tip that had been pulled came to the last state in
+        which the clamp pushes it.
     """
 
     COMPLETE = "complete"
@@ -99,14 +101,14 @@ class SurfaceScan(Batch):
     ----------
     outcome : Outcome
     message : str
-        Where the rod first buckled laterally; where and why the scan ended early.
+        Says where the rod first buckled laterally, and where and why the scan ended early.
     clamp : ndarray, shape (n,)
         Position of the clamp along its stage (L).
     contact : ndarray, shape (n,)
         Position of the tip, which is the contact point in point contact (L).
     x0 : ndarray, shape (n,)
-        Displacement of the clamp along the surface, from the α = 0 state with this contact point,
-        side and height (L).
+        Displacement of the clamp along the surface (L). It counts from the clamp position at which
+        α would be 0 with the tip at the same place, on the same side and at the same height.
     reactions : ndarray, shape (n, 3)
         Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L).
     mu0 : ndarray, shape (n,)
@@ -130,7 +132,7 @@ class SurfaceScan(Batch):
 
 
 def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) -> FloatArray:
-    """Positions of a stage that moves from 0 to each turning point in equal steps.
+    """Compute positions of a stage that moves from 0 to each turning point in equal steps.
 
     Parameters
     ----------
@@ -138,7 +140,7 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
         Step of the stage (L).
     turns : sequence of Decimal or float or str
         Positions at which the stage turns; at the last one it stops (L). They are rounded to
-        steps, towards 0.
+        whole steps, towards 0.
 
     Returns
     -------
@@ -198,8 +200,8 @@ def simulate(
     Raises
     ------
     ArgumentError
-        If an argument is out of range, if path or law may need the retraction of the rod and it
-        was not solved, or if the tip leaves the known part of the surface.
+        If an argument is out of range, if the tip leaves the known part of the surface, or if the
+        path or the law may need states with x0 < 0 (the clamp pulled back) that were not solved.
     """
     positions, law = np.asarray(positions, dtype=float), chosen(SlipLaw, law, "law")
     if not 0.0 < kinetic_ratio <= 1.0:
@@ -210,8 +212,9 @@ def simulate(
     retracts = law is SlipLaw.ENERGY or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
     if retracts and start.x0_pull == 0.0:
         raise ArgumentError(
-            "a path that goes backward or away from the surface, and the law energy, need the "
-            "retraction of the rod, which could not be solved; choose another path or law"
+            "a path that goes backward or away from the surface, and the law energy, need states "
+            "in which the clamp is pulled back (x0 < 0), which could not be solved; choose another "
+            "path or law"
         )
     outcome, message = Outcome.COMPLETE, ""
     contact = start.contact(float(stage.along(at)), 0.0, 1)
@@ -251,7 +254,7 @@ def _message(text: str, tip: Tip, until: float, clamp: float, told: Callable[[fl
 def _assembled(
     tips: Sequence[Tip], clamp: FloatArray, outcome: Outcome, message: str
 ) -> SurfaceScan:
-    """Assemble a scan, with one row for each step, from the tips at their places."""
+    """Assemble a scan, with one row for each step, from the places at which the tip stuck."""
     begins = np.array([tip.begin for tip in tips])
     slipped = np.array([tip.slipped for tip in tips])
     counts = np.diff(begins, append=len(clamp))
@@ -287,7 +290,8 @@ class Signals(Tabular):
     truth : SurfaceScan
         States of the scan, nondimensional and without noise.
     readings : ndarray, shape (n, 3)
-        force_x, force_y and moment_z, in the units of the table.
+        Columns force_x, force_y and moment_z in the units of the table: exact clamp reactions, or
+        readings of a transducer (see `measured`).
     units : Units
     """
 
@@ -296,7 +300,7 @@ class Signals(Tabular):
     units: Units
 
     def measured(self, transducer: Transducer | str, seed: int = 0) -> "Signals":
-        """Replace the exact reactions by the readings of a transducer, with noise of this seed."""
+        """Replace the exact reactions by readings of a transducer; `seed` fixes their noise."""
         sensor = transducer_of(transducer, self.units)
         generator = np.random.default_rng([seed, 1])
         return replace(self, readings=sensor.measured(self.readings, generator))
@@ -308,7 +312,7 @@ class Signals(Tabular):
         return "\n".join(filter(None, (f"{said}, {truth.outcome}", truth.message)))
 
     def columns(self) -> dict[str, Column]:
-        """One row for each step, with units."""
+        """Columns by name, with units; they have one row for each step of the clamp."""
         truth, unit = self.truth, self.units.unit(Kind.LENGTH)
         length, force, moment = (
             self.units.name(kind) for kind in (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
@@ -355,7 +359,7 @@ def scan(
     Returns
     -------
     Signals
-        Signals without noise; `Signals.measured` adds that of a transducer.
+        Exact signals; `Signals.measured` adds the noise of a transducer.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """A tip that sticks at one place: where sticking ends, and where the slip after it ends.
 
-While the tip slips the clamp rests; x0 falls, or rises in retraction. The kinetic energy is the
-integral over x0 of the tangential force less kinetic friction.
+While the tip slips, the clamp rests; x0 falls if the tip was pushed, and rises if it was pulled.
+The kinetic energy is the integral over x0 of the tangential force less kinetic friction.
 """
 
 from dataclasses import dataclass
@@ -21,8 +21,8 @@ from vibrissa.sensor.response.branch import States
 from vibrissa.sensor.response.heights import Stage
 from vibrissa.sensor.surfaces import Surface
 
-# Rows of `Tip.margins`: margins against slip forward and backward, and to the end of the known
-# states in pushing and in pulling.
+# Rows of `Tip.margins`: margins against slip forward and backward, and distances of x0 from the
+# last computed states in pushing and in pulling.
 FORWARD, BACKWARD, END, PULL = range(4)
 # Number of clamp positions at which the margins are computed to bracket the end of a period.
 LOOKS = 257
@@ -69,14 +69,14 @@ COEFFICIENTS = np.linalg.inv(comb(DEGREE, _K) * _T**_K * (1.0 - _T) ** (DEGREE -
 
 @dataclass(frozen=True, kw_only=True)
 class Slip:
-    """A slip of a tip while the clamp rests.
+    """A slip of the tip, during which the clamp rests.
 
     Attributes
     ----------
     response : States
-        States of the rod at the height of the clamp.
+        States of the rod over x0, at the present height of the surface above the clamp.
     ratio : float
-        Kinetic over static friction.
+        Kinetic over static friction, μk/μ0.
     clamp : float
         Position of the clamp along the surface (L).
     side : int
@@ -96,7 +96,7 @@ class Slip:
         Returns
         -------
         float
-            Displacement x0 (L); NaN if the tip leaves the states of the response.
+            Displacement x0 at rest (L); NaN if x0 leaves the range of the computed states.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class Slip:
         raise ArgumentError(f"the slip with the clamp at {place} does not come to rest")
 
     def _slide(self, x0: float) -> float:
-        """Find x0 where a slide in one direction ends (L); NaN if it leaves the states."""
+        """Find x0 where a slide in one direction ends (L); NaN if it leaves the computed states."""
         response, surface = self.response, self.surface
         # A pushed tip slides to lower x0, a pulled one to higher.
         ahead = -1.0 if x0 > 0.0 else 1.0
@@ -154,13 +154,14 @@ class Tip:
     Attributes
     ----------
     contact, mu0 : float
-        Position on the surface (L), and static friction there.
+        Position of the tip on the surface (L), and coefficient of static friction there.
     side : int
-        1 ahead of the clamp, −1 behind it.
+        1 for a tip ahead of the clamp, −1 for a tip behind it.
     begin : int
-        Step at which the tip begins to stick.
+        Index of the step at which the tip begins to stick.
     slipped : bool
-        Whether it begins to stick after a slip (or at the start), not after lateral buckling.
+        True if the tip has stuck since a slip or since the start of the scan, False if it has stuck
+        since the rod buckled laterally.
     """
 
     stage: Stage
@@ -171,10 +172,11 @@ class Tip:
     slipped: bool = True
 
     def margins(self, clamp: ArrayLike) -> FloatArray:
-        """Margins of sticking at clamp positions, shape (4, ...), `FORWARD` to `PULL`.
+        """Compute the four margins of sticking at each clamp position, shape (4, ...).
 
-        They are the reserves of friction against slip forward and backward (E·I0/L²), and the
-        distances of x0 from both ends of the states (L); negative where the tip does not stick.
+        The tip sticks while none is negative. Rows `FORWARD` and `BACKWARD`: by how much the
+        tangential force may change before the tip slips forward or backward (E·I0/L²). Rows `END`
+        and `PULL`: distances of x0 from the largest and the smallest x0 of the computed states (L).
         """
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
@@ -182,12 +184,12 @@ class Tip:
         return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
 
     def exit(self, clamp: float) -> tuple[int, bool]:
-        """Return the number of the margin that ends sticking, and whether x0 is past the lock."""
+        """Return the row of the least of the `margins`, and whether x0 > x0_lock."""
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         return int(np.argmin(self.margins(clamp))), bool(x0 > states.x0_lock)
 
     def swung(self, clamp: float) -> float:
-        """Position of the tip after lateral buckling (L): its mirror image in the clamp."""
+        """Position of the tip after lateral buckling (L): its mirror image about the clamp."""
         return 2.0 * float(self.stage.along(clamp)) - self.contact
 
     def slid(self, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
@@ -200,14 +202,21 @@ class Tip:
         return states.contact(along, slip.end(float(x0)), self.side)
 
     def end(self, positions: FloatArray, clamp: float) -> tuple[int, float]:
-        """Find the first step at which the tip, which sticks at `clamp`, no longer sticks.
+        """Find the first step at which the tip no longer sticks.
+
+        Parameters
+        ----------
+        positions : ndarray
+            Clamp positions at all steps of the scan (L).
+        clamp : float
+            Clamp position at which the tip begins to stick (L).
 
         Returns
         -------
         step : int
-            Number of this step; the number of all steps if the tip sticks up to the last one.
+            Index of this step in `positions`, or their number if the tip sticks to the end.
         until : float
-            Clamp position at which sticking ends (L); NaN if it does not end.
+            Clamp position at which sticking ends (L); NaN if the tip sticks to the end.
         """
         rest = positions[self.begin :]
         # The tip sticks between these clamp positions; an end beyond the path is infinite.
@@ -240,7 +249,7 @@ class Tip:
         return way * np.inf
 
     def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return clamp positions, with minima of the least margin added, and the least margins."""
+        """Add clamp positions where the least margin is smallest; return positions and margins."""
         left = self._least(clamp)
         lowest = (left[1:-1] < left[:-2]) & (left[1:-1] < left[2:])
         for i in np.flatnonzero(lowest) + 1:
