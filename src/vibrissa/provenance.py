@@ -41,8 +41,8 @@ def commit() -> str:
 def digest(*parts: str) -> str:
     """Compute a digest of source files, so that a job can depend on them.
 
-    The files are those of `parts`, which are subpackages or modules such as ``study/axes.py``, and
-    the modules directly in the package; without parts, all files of the package.
+    It covers the modules directly in the package, and the subpackages or modules named by `parts`,
+    such as ``study`` or ``study/axes.py``. Without `parts` it covers the whole package.
     """
     wanted = {_PACKAGE / part for part in parts} or {_PACKAGE}
     total = hashlib.sha256()

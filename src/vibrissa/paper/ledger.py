@@ -66,7 +66,7 @@ class Finding:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A statement of the paper: its texts in `statements.toml`, and the function that judges it."""
+    """A statement of the paper: its entry in `statements.toml`, and the function that judges it."""
 
     name: str
     texts: Mapping[str, Any]

@@ -15,14 +15,14 @@ NOT_PRINTED = "not known: the paper prints no result in numbers"
 
 @dataclass(frozen=True, kw_only=True)
 class Reproduced:
-    """A part of the paper, such as a figure: its reproduction, and the statements about it.
+    """How a part of the paper, such as a figure, is reproduced, and the statements about it.
 
     Attributes
     ----------
     outcome : str
-        Whether it is reproduced, with the computed result.
+        Text that says whether the part is reproduced, and gives the computed result.
     difference : str
-        Largest difference from the printed result, if the paper prints one.
+        Text about the largest difference from the printed result, if the paper prints one.
     """
 
     name: str

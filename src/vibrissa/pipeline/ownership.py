@@ -20,7 +20,8 @@ def check(results: Path, study_file: Path) -> None:
     Raises
     ------
     StudyError
-        If the folder belongs to another study file that exists and has the same name of the study.
+        If the folder belongs to another study file, which still exists and gives its study the
+        same name.
     """
     record = results / RECORD
     owner = Path(record.read_text(encoding="utf-8").strip()) if record.is_file() else study_file
@@ -35,8 +36,8 @@ def check(results: Path, study_file: Path) -> None:
 def claim(results: Path, study_file: Path) -> None:
     """Record the study file in a folder of results, and lock the folder until the process ends.
 
-    The kernel releases the lock when the process dies, so that a killed run leaves none. Temporary
-    files of the jobs of a killed run are removed.
+    The kernel releases the lock when the process dies, so that a killed run leaves no lock.
+    Temporary files that the jobs of a killed run left in the folder are removed.
 
     Raises
     ------

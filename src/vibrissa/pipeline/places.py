@@ -10,6 +10,6 @@ PAPER = HOME / "config.yaml"
 
 
 def near(path: Path) -> Path:
-    """Return a path relative to the working directory if it is below, otherwise unchanged."""
+    """Return a path inside the working directory relative to it, and any other path unchanged."""
     here = Path.cwd()
     return path.relative_to(here) if path.is_relative_to(here) else path

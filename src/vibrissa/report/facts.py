@@ -27,7 +27,11 @@ LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "snakemake")
 
 
 def summary(found: Mapping[str, Readable]) -> dict[str, str]:
-    """Return counts by status, and the largest residual, as texts by name."""
+    """Count the results of each table by status, and find the largest residual.
+
+    The names of the returned texts are ``largest residual`` and, for each table, the number of its
+    results: under ``3 scans`` the text may be ``1 lock, 2 slip``.
+    """
     lines = sentence(counts_by_status(found)).splitlines()
     facts = dict(line.split(": ") for line in lines)
     residuals = [
@@ -59,7 +63,11 @@ def troubles(found: Mapping[str, Readable]) -> list[str]:
 
 
 def claim_rows(claims: Readable) -> list[dict[str, Any]]:
-    """Return the rows of the ledger, with ``figures``, ``anchor`` and formatted ``quantities``."""
+    """Return the rows of the ledger as the page shows them.
+
+    Each row has, in addition, ``figures``, the numbers of the figures that the statement is about,
+    and ``anchor``, its HTML id. Its ``quantities`` are pairs of a name and a formatted value.
+    """
     figures = {claim.name: claim.texts["figures"] for claim in CLAIMS}
     rows = query.frame(claims, claims.schema.names).to_dict("records")
     for row in rows:

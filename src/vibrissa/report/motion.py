@@ -28,9 +28,10 @@ Selections: TypeAlias = Mapping[str, Mapping[str, Any]]
 def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Preset, ...], str]:
     """Choose the presets of the explorer in the report; return them and a note on omitted scans.
 
-    The presets are the first `MOST_SCANS` scans with the ideal mounting and with parameters within
-    the ranges of the page's fields. Their steps are thinned out, and each scan is named by its most
-    specific figure. Without such scans, the explorer's own presets are returned.
+    The presets are the first `MOST_SCANS` scans that have the ideal mounting and parameters within
+    the ranges of the explorer's fields. Long scans are thinned out. Each preset is named after the
+    figure that shows its scan; of several figures, after the one with the most keys in its
+    selection. If there are no such scans, the explorer's own presets are returned.
     """
     scans = _solved(found["scans"]) if "scans" in found else []
     offered = [scan for scan in scans if _is_repeatable(scan.iloc[0])][:MOST_SCANS]

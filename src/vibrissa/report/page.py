@@ -40,7 +40,7 @@ class Picture:
 
     @property
     def is_wide(self) -> bool:
-        """Whether the figure takes the page's width, by the size in the header of its PNG."""
+        """Whether the figure takes the page's whole width, as it is much wider than high."""
         width, height = struct.unpack(">II", self.png[16:24])
         return bool(width > 1.6 * height)
 
@@ -57,7 +57,7 @@ class About:
     Attributes
     ----------
     claims : mapping of str
-        Key `claims` of the study file; empty if it has none.
+        Value of the key `claims` in the study file; empty if the file has no such key.
     study_file : tuple of str
         Name and text of the study file.
     """

@@ -15,16 +15,16 @@ IN_ALL, FEWEST, MOST = 20000, 8, 64
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Blocks(Batch):
-    """Means of n blocks of consecutive samples, in the order of p periods.
+    """Means over n blocks of consecutive samples, each block within one of p periods.
 
     Attributes
     ----------
     period : ndarray of int, shape (n,)
-        Number of the period of each block.
+        Number of the period in which each block lies, ascending from 0.
     clamp, row : ndarray, shape (n,)
-        Mean clamp position (L), and mean row number in the recording.
+        Mean clamp position (L) and mean row number of the samples of each block.
     readings : ndarray, shape (n, 3)
-        Mean readings.
+        Mean readings of each block.
     count : ndarray of int, shape (n,)
         Number of samples in each block.
     """
@@ -46,7 +46,7 @@ class Blocks(Batch):
 
 
 def condensed(recording: Recording, spans: Spans) -> Blocks:
-    """Average consecutive samples of each period of a recording to blocks."""
+    """Divide each period of a recording into blocks, and average the samples of each block."""
     rows, period = spans.rows
     limit = int(np.clip(IN_ALL // len(spans), FEWEST, MOST))
     number = np.minimum(spans.counts, limit)

@@ -1,9 +1,9 @@
 """One fit of set-up and contact points to all recorded channels, with tolerances as priors.
 
 The parameters p minimise χ²(p) + Σ (p/σ)², where σ are the tolerances. For each p every period has
-its best u(p), the x0 in its last sample (variable projection: Golub and Pereyra, 1973). The
-remaining errors of p have the covariance C = (JᵀJ + 1/σ²)⁻¹ with J = ∂(residuals)/∂p, by Bayes'
-theorem for normal errors.
+its best u(p), where u is x0 in the last sample of the period (variable projection: Golub and
+Pereyra, 1973). The errors of p that remain have the covariance C = (JᵀJ + 1/σ²)⁻¹ with
+J = ∂(residuals)/∂p, by Bayes' theorem for normal errors.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.response.heights import HIGHEST, LOWEST
 from vibrissa.sensor.whisker import Whisker
 
-# Number of Gauss-Newton steps for the last x0 of periods: at first, and from a similar set-up.
+# Number of Gauss-Newton steps by which u is fitted: at first, and from a similar set-up.
 FIRST_STEPS, STEPS = 8, 3
 # Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
 SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
@@ -36,16 +36,19 @@ MOST_HEIGHTS = 500
 
 
 class Changes(NamedTuple):
-    """Derivatives with respect to k parameters, in n blocks and p periods.
+    """Derivatives of readings, u and μ0 with respect to k parameters of the set-up.
+
+    The readings are those of n blocks in c channels; u is x0 in the last sample of each of p
+    periods.
 
     Attributes
     ----------
     readings : ndarray, shape (k, n, c)
-        Derivatives of the readings of c channels, in standard deviations, with u fitted again.
+        Derivatives of the readings, in their standard deviations, while u is fitted anew.
     u : ndarray, shape (p, k)
-        Derivatives of the fitted u, the x0 in the last sample of each period.
+        Derivatives of the fitted u.
     friction : ndarray, shape (p, k)
-        Derivatives of μ0 at fixed u.
+        Derivatives of μ0 at constant u.
     """
 
     readings: FloatArray
@@ -55,7 +58,7 @@ class Changes(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fit:
-    """A set-up with the fitted last x0 of each period, the residuals and their derivatives.
+    """Fit of a set-up, and of x0 in each period's last sample, to the readings of a recording.
 
     Attributes
     ----------
@@ -79,7 +82,7 @@ class Fit:
 
     @property
     def p(self) -> FloatArray:
-        """Deviations from the given set-up, shape (k,)."""
+        """Deviations of the k parameters from the given set-up, shape (k,)."""
         return self.set_up.p
 
     def _weighted(self, values: FloatArray, slope: FloatArray) -> FloatArray:
@@ -107,18 +110,18 @@ class Fit:
 
     @cached_property
     def residuals(self) -> FloatArray:
-        """Residuals in standard deviations, shape (n, c)."""
+        """Residuals of the readings, in their standard deviations, shape (n, c)."""
         loads = self.set_up.loads(*self.set_up.states(self.u))
         miss = self.task.blocks.readings - self.set_up.readings(loads)
         return self._weighted(miss, self._slope)
 
     @cached_property
     def known(self) -> FloatArray:
-        """Inverse variance of the last x0 of each period for a known set-up, shape (p,)."""
+        """Inverse variance of x0 in each period's last sample, for a known set-up, shape (p,)."""
         return np.maximum(self.task.blocks.sums((self.slope**2).sum(axis=1)), TINY)
 
     def contacts(self, steps: int) -> "Fit":
-        """Fit the last x0 of each period for this set-up, by Gauss-Newton steps."""
+        """Fit x0 in the last sample of each period, for this set-up, by Gauss-Newton steps."""
         fit = self
         for _ in range(steps):
             step = fit.task.blocks.sums((fit.residuals * fit.slope).sum(axis=1)) / fit.known
@@ -127,7 +130,7 @@ class Fit:
 
     @cached_property
     def by_setup(self) -> Changes:
-        """Derivatives of readings, last x0 and friction with respect to each parameter."""
+        """Derivatives of readings, `u` and μ0 with respect to each parameter; see `Changes`."""
         blocks, slope = self.task.blocks, self.slope
         readings, friction = self.set_up.changes(self.u)
         found = self._weighted(readings, self._slope)
@@ -149,41 +152,41 @@ class Fit:
 
     @cached_property
     def free(self) -> BoolArray:
-        """Whether each parameter is fitted, as it is not exact, shape (k,)."""
+        """Whether each parameter is fitted (true) or exact (false), shape (k,)."""
         return self.sigma > 0.0
 
     @property
     def scores(self) -> FloatArray:
-        """The f fitted parameters p/σ, in units of their tolerances, shape (f,)."""
+        """Deviations p of the f fitted parameters, over their tolerances σ, shape (f,)."""
         return np.asarray(self.p[self.free] / self.sigma[self.free])
 
     @cached_property
     def jacobian(self) -> FloatArray:
-        """Derivatives of m residuals of the fitted periods with respect to p/σ, shape (f, m)."""
+        """Jᵀ: derivatives of m residuals of fitted periods with respect to p/σ, shape (f, m)."""
         size, sigma = int(self.free.sum()), self.sigma[self.free]
         return -self.by_setup.readings[self.free][:, self.rows].reshape(size, -1) * sigma[:, None]
 
     @cached_property
     def normal(self) -> FloatArray:
-        """JᵀJ + 1, half the second derivatives of the minimised sum in p/σ, shape (f, f)."""
+        """JᵀJ + 1: half the Gauss-Newton Hessian of `total` as a function of p/σ, shape (f, f)."""
         return np.asarray(self.jacobian @ self.jacobian.T + np.eye(len(self.jacobian)))
 
     @property
     def remaining(self) -> FloatArray:
-        """Covariance of the remaining errors of p/σ, shape (f, f)."""
+        """Covariance of the errors of p/σ that remain after the fit, shape (f, f)."""
         if not (self.settled and self.free.any()):
             return np.eye(int(self.free.sum()))
         return np.asarray(np.linalg.inv(self.normal))
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of the remaining errors of the fitted parameters, shape (f, f)."""
+        """Covariance of the errors of p that remain after the fit, shape (f, f)."""
         sigma = self.sigma[self.free]
         return np.asarray(self.remaining * np.outer(sigma, sigma))
 
     @property
     def total(self) -> float:
-        """The minimised sum: χ² of the fitted periods, and Σ (p/σ)²."""
+        """The minimised sum: χ² of the fitted periods plus Σ (p/σ)²."""
         return float(self.squares[self.kept].sum() + (self.scores**2).sum())
 
     @property
@@ -198,14 +201,17 @@ class Fit:
 
     @cached_property
     def heights_of_tips(self) -> tuple[FloatArray, FloatArray]:
-        """Height of each tip beyond the plane of the surface (L), and its variance."""
+        """Height of the surface at each tip above the plane of the set-up (L), and its variance.
+
+        Both have the shape (p,).
+        """
         blocks, change = self.task.blocks, self.by_setup.readings[self.task.number["eta"]]
         known = np.maximum(blocks.sums((change**2).sum(axis=1)), 1.0)
         return blocks.sums((change * self.residuals).sum(axis=1)) / known, 1.0 / known
 
     @cached_property
     def misfits(self) -> FloatArray:
-        """Squared residuals of each period, less the part explained by a sloping surface, (p,)."""
+        """Squared residuals of each period, less what the height of its tip explains, (p,)."""
         if not self.task.slope.deviation:
             return self.squares
         height, variance = self.heights_of_tips
@@ -213,7 +219,10 @@ class Fit:
 
     @cached_property
     def unevenness(self) -> tuple[float, int]:
-        """χ² of the heights of some tips, given the allowed slope, and the number of these tips."""
+        """χ² of the heights of tips, given the allowed slope, and the number of these tips.
+
+        The tips are those of fitted periods, evenly selected if there are more than `MOST_HEIGHTS`.
+        """
         if not self.task.slope.deviation:
             return 0.0, 0
         kept = np.flatnonzero(self.kept)
@@ -224,13 +233,13 @@ class Fit:
 
     @property
     def misfit(self) -> float:
-        """χ² of the fitted periods, χ² of the heights of their tips, and Σ (p/σ)²."""
+        """Sum of χ² of the fitted periods, χ² of the heights of their tips, and Σ (p/σ)²."""
         heights, _ = self.unevenness
         return float(self.misfits[self.kept].sum() + heights + (self.scores**2).sum())
 
     @cached_property
     def fits_alone(self) -> BoolArray:
-        """Whether each period by itself fits a tip that sticks at one place, shape (p,)."""
+        """Whether the readings of each period fit a tip that sticks at one place, shape (p,)."""
         blocks = np.bincount(self.task.blocks.period)
         free = 2 if self.task.slope.deviation else 1
         chance = chdtrc(np.maximum(len(self.task.used) * blocks - free, 1), self.misfits)
@@ -249,7 +258,7 @@ def started(task: Task, given: Whisker, nearest: FloatArray) -> Fit:
 
 
 def fitted(start: Fit) -> Fit:
-    """Fit the set-up; periods that do not fit by themselves are left out, if they are few."""
+    """Fit the set-up; leave out periods that do not fit by themselves, if fewer than half."""
     found = searched(start)
     alone = ~found.fits_alone
     if not alone.any() or alone.mean() >= MOST_ALONE:

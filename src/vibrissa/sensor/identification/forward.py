@@ -1,4 +1,4 @@
-"""The forward model: from a set-up, and the last x0 of each period, to readings and friction.
+"""The forward model: readings and friction for a set-up and the x0 at the end of each period.
 
 The clamp is at X on its path, which has the angle δ to the surface. So the height is
 
@@ -43,7 +43,7 @@ STEP, STEP_IN_GAP = 1e-4, 1e-3
 
 
 def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
-    """Change a whisker by deviations; its new height is in units of its new length."""
+    """Return a whisker with deviations from the given one; `eta` is in units of its new length."""
     mounting = given.mounting
     first, *others = mounting.coefficients
     return replace(
@@ -70,7 +70,7 @@ def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
     Parameters
     ----------
     *sets : ndarray, shape (k,)
-        Parameters of each set-up.
+        Deviations p of each set-up from the given one.
 
     Raises
     ------
@@ -111,9 +111,10 @@ def _nodes(rod: Whisker, height: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SetUp:
-    """A set-up with deviations p from the given one, and its rod at all heights of the stage.
+    """A set-up that deviates from the given one by p, and its rod at all heights of the stage.
 
-    The argument `u`, shape (p,), is the displacement x0 in the last sample of each period (L).
+    The argument `u` of its methods is x0 in the last sample of each period (L). In shapes, k
+    counts parameters, n blocks of samples and p periods.
     """
 
     task: Task
@@ -123,11 +124,11 @@ class SetUp:
 
     @cached_property
     def size(self) -> dict[str, float]:
-        """Deviations by name."""
+        """Deviation p of each parameter, by the parameter's name."""
         return self.task.sizes_of(self.p)
 
     def at(self, clamp: FloatArray, contact: ArrayLike) -> tuple[HeightStates, FloatArray]:
-        """States at clamp positions, and displacements x0 of a tip at the place `contact` (L)."""
+        """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
         rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
         states = self.heights.states(rod.height(clamp))
         return states, clamp * np.cos(rod.mounting.stage_angle) + states.x1_init - contact
@@ -141,22 +142,29 @@ class SetUp:
         return self.at(self.task.shown, self.contact(u)[self.task.blocks.period])
 
     def onset(self, u: FloatArray) -> tuple[HeightStates, FloatArray]:
-        """States and x0 (L) at start, middle and end of the step in which the tip slips, (p, 3)."""
+        """States of the rod, and x0 (L), in the step of the clamp in which the tip slips.
+
+        Each period has three: at the start, middle and end of the step, shape (p, 3).
+        """
         ends = self.task.ends
         clamp = ends.clamp[:, None] + ends.gap[:, None] * np.array([0.0, 0.5, 1.0])
         return self.at(clamp, self.contact(u)[:, None])
 
     def friction(self, u: FloatArray) -> FloatArray:
-        """Mobilised friction at start, middle and end of the step in which the tip slips, (p, 3).
+        """Mobilised friction in the step of the clamp in which the tip slips.
 
-        Past the lock it is the friction at the lock.
+        Each period has three values: at the start, middle and end of the step, shape (p, 3). Past
+        the lock the value is that at the lock, and past the end of pulling it is that at this end.
         """
         states, x0 = self.onset(u)
         x0 = np.clip(x0, states.x0_pull, states.x0_lock)
         return np.asarray(self.task.ends.sign[:, None] * states.demand(x0))
 
     def loads(self, states: HeightStates, x0: FloatArray, order: int = 0) -> FloatArray:
-        """Return the loads at x0, or their derivatives, in units of the given rod, (n, 3)."""
+        """Return the loads at x0, or their derivatives with respect to x0, shape (n, 3).
+
+        `order` is the order of the derivatives. Units are those of the given rod.
+        """
         at, length = states.clip(x0), 1.0 + self.size["length"]
         return states.derivative(at, order) * np.array([length**-2, length**-2, 1.0 / length])
 
@@ -169,7 +177,7 @@ class SetUp:
         return shown
 
     def changes(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Differentiate readings and friction with respect to each parameter, at fixed last x0.
+        """Differentiate readings and friction with respect to each parameter, at constant `u`.
 
         Returns
         -------

@@ -1,8 +1,8 @@
 """Whether a recording fits the given set-up within its tolerances, and if not, likely causes.
 
-Let the fit change a parameter with the tolerance σ by p ± s. Without this tolerance the minimised
-sum is lower by (p/σ)²/(1 − s²/σ²), to first order. The square root of this difference is the
-surprise of the parameter.
+Let the fit change a parameter with the tolerance σ by p ± s. If the tolerance were infinite, the
+minimised sum would be lower by (p/σ)²/(1 − s²/σ²), to first order. The square root of this
+difference is the surprise of the parameter.
 """
 
 from collections.abc import Iterable
@@ -54,7 +54,7 @@ class Estimate:
 
     @property
     def far(self) -> bool:
-        """Whether the surprise exceeds `FAR`; false for a half wave of a drift."""
+        """Whether the surprise exceeds `FAR`; always false for a half wave, a part of a drift."""
         return not self.parameter.wave and self.surprise > FAR
 
     def spelled(self, units: Units) -> str:
@@ -93,7 +93,8 @@ class Goodness:
     noise_degrees : float
         Degrees of freedom of the estimated noise; infinite if the noise was given.
     uneven : bool
-        Whether the surface rises and falls by more than the tolerance of its slope allows.
+        Whether the heights of the tips scatter more than the tolerance of the surface's slope
+        allows.
     """
 
     chi2: float
@@ -135,7 +136,7 @@ class Goodness:
 
 @dataclass(frozen=True, kw_only=True)
 class Cause(Estimate):
-    """A quantity that may differ from its given value, estimated as if it had no tolerance.
+    """A quantity whose given value may be wrong, estimated as if its tolerance were infinite.
 
     Attributes
     ----------
@@ -154,11 +155,11 @@ class Cause(Estimate):
 
 
 def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
-    """Find quantities that may differ from their given values, likeliest first, to first order.
+    """Find quantities whose given values may be wrong, the likeliest first.
 
-    Each quantity is estimated as if it alone had no tolerance. An exact quantity is fitted together
-    with the contact points and, if the fit has converged, with the quantities that have a
-    tolerance.
+    Each quantity is estimated, to first order, as if it alone had an infinite tolerance. An exact
+    quantity is fitted together with the contact points and, if the fit has converged, with the
+    quantities that are not exact.
     """
     free, settled = fit.free, fit.settled and bool(fit.free.any())
     changes, miss = fit.by_setup.readings[:, fit.rows], fit.residuals[fit.rows]

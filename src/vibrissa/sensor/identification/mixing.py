@@ -30,7 +30,7 @@ THOUSAND = 1e3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class NearestStates:
-    """States of a rod at one height, with their readings in the used channels."""
+    """Table of the states of a rod at one height; a call finds the states nearest to readings."""
 
     task: Task
     branch: Response
@@ -46,7 +46,7 @@ class NearestStates:
         return x0, KDTree(values[: len(x0)])
 
     def __call__(self, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Displacements of the states nearest to readings (L), and squared misfits, each (n,)."""
+        """Find x0 of the states nearest to readings (L), and the squared misfits, each (n,)."""
         table, tree = self._table
         distance, nearest = tree.query(self.task.weighted(readings))
         return table[nearest], distance**2

@@ -26,7 +26,7 @@ CERTAIN = 6.0
 
 
 def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
-    """Tabulate the states of the rod at the middle of the heights that the stage passes.
+    """Tabulate the states of the rod at the mean of its least and largest height on the stage.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
     Raises
     ------
     WrongRodError
-        If more than 20 % of the samples are no states of the rod.
+        If more than 20 % of the samples fit no state of the rod.
     NoResponseError
         If the rod has no response.
     """
@@ -83,7 +83,7 @@ def unfitted(found: Identification, settled: bool = True) -> Check:
 
 
 def _check_states(fit: Fit) -> None:
-    """Refuse a recording in which more than 20 % of the samples are no states of the rod."""
+    """Refuse a recording in which more than 20 % of the samples fit no state of the rod."""
     blocks = fit.task.blocks
     squares = (fit.residuals**2).sum(axis=1) / blocks.count
     size = (fit.task.weighted(blocks.readings) ** 2).sum(axis=1)
@@ -152,7 +152,7 @@ def read_periods(fit: Fit) -> Periods:
 
 
 def _own(fit: Fit) -> FloatArray:
-    """Return the standard deviation of the last x0 of each period for a known set-up, (p,)."""
+    """Return the standard deviation of x0 at each period's end, for a known set-up, (p,)."""
     # With a filter the beginning of a slip is hidden in noise, for up to the delay.
     late = fit.task.recording.lag[fit.task.spans.ends] / np.sqrt(12.0)
     return np.sqrt(1.0 / fit.known + fit.task.recording.position**2 / 2.0 + late**2)
@@ -171,7 +171,7 @@ def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _least(fit: Fit, own: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Least friction that the tip needed to stick in each period; whether it stuck past the lock.
 
-    The friction is NaN if a sample of the period is no state of the rod.
+    The friction is NaN if a sample of the period fits no state of the rod.
     """
     blocks = fit.task.blocks
     states, x0 = fit.set_up.states(fit.u)

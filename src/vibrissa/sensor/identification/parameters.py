@@ -43,16 +43,19 @@ Effect = Callable[[FloatArray, FloatArray, int], FloatArray]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Parameter:
-    """One deviation from the given set-up.
+    """A parameter of the forward model: one deviation from the given set-up.
 
     Attributes
     ----------
     of : str
-        Name of its tolerance in `TOLERABLE`.
+        Name in `TOLERABLE` of the quantity that deviates. Crosstalk and drifts have several
+        parameters each.
     deviation : float
-        Standard deviation of its prior, in units of the rod, rad, or relative; 0 if exact.
+        Standard deviation of the prior, set by the tolerance: in units of the rod, in rad, or
+        relative; 0 if exact.
     effect : callable, optional
-        Change of the readings at the same loads; None if the parameter changes the loads.
+        Function `Effect`: change of the readings per unit of the parameter, at the same loads.
+        None if the parameter changes the loads.
     wave : int
         Number of half waves of a drift over the recording; 0 for other parameters.
     """
@@ -68,7 +71,7 @@ class Parameter:
 def parameters_of(
     sizes: Mapping[str, float], stated: frozenset[str], full_scale: FloatArray
 ) -> tuple[Parameter, ...]:
-    """Make the parameters of all quantities that have a tolerance, exact quantities included.
+    """Make the parameters of all quantities that can have a tolerance, also if they are exact.
 
     Parameters
     ----------

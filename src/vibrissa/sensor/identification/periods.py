@@ -76,8 +76,8 @@ class PeriodStatus(StrEnum):
     UNSURE
         There are too few samples for the ratio of the forces: only `low` is known.
     BEYOND
-        The tip cannot slip from the last state of this period, or the clamp went further than the
-        tip can stick, so that noise has hidden slips: μ0 is not known.
+        The tip cannot slip where this period ends; or the clamp went further than the tip can
+        stick, so that noise must have hidden slips. μ0 is not known.
     """
 
     SLIP = "slip"
@@ -107,11 +107,11 @@ class Periods(Batch):
         Static friction at the contact point, its standard deviation, and the ends of its 95 %
         interval. If only `low` is known, the others are NaN.
     common : ndarray
-        Part of the deviation due to errors of the set-up, which all periods share.
+        Standard deviation of μ0 due to errors that all periods share, as in the set-up.
     by_step : ndarray
-        Part of the deviation due to the step of the stage.
+        Standard deviation of μ0 due to the step of the stage.
     effects : ndarray, shape (p, k)
-        Change of μ0 per unit of each of k errors of the set-up.
+        Change of μ0 per unit of error, for each of k errors that all periods share.
     checks : tuple of Check
         Reasons to doubt the friction of some periods.
     left_out : tuple of str
@@ -137,7 +137,7 @@ class Periods(Batch):
 
     @property
     def by_noise(self) -> FloatArray:
-        """Part of the deviation that is neither common nor by the step, shape (p,)."""
+        """Standard deviation of μ0 without the errors of `common` and `by_step`, shape (p,)."""
         square = self.deviation**2 - self.common**2 - self.by_step**2
         return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
@@ -181,7 +181,7 @@ class Periods(Batch):
         return replace(self, checks=(*self.checks, *checks))
 
     def ended(self, status: StrArray, least: FloatArray) -> "Periods":
-        """Set the status of the periods; without a slip, only their least friction is known."""
+        """Set the status of each period; without a slip keep only `least`, a lower bound of μ0."""
         slips = status == PeriodStatus.SLIP
         bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))
         return replace(
@@ -221,9 +221,10 @@ def periods_of(
     along : ndarray, shape (p, 3)
         Friction at the beginning, in the middle and at the end of the step in which the tip slips.
     own, common : ndarray, shape (p,)
-        Standard deviations of its errors: independent in each period, and common to all periods.
+        Standard deviations of the friction, due to errors that are independent in each period and
+        due to errors that all periods share.
     effects : ndarray, shape (p, k)
-        Change of μ0 per unit of each of k errors of the set-up.
+        Change of μ0 per unit of error, for each of k errors that all periods share.
     """
     recording, spans = task.recording, task.spans
     growth = np.abs(along[:, 2] - along[:, 0])

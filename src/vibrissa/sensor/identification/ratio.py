@@ -62,7 +62,7 @@ MOST_LOCK = 0.5
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Onsets:
-    """Polynomials of one degree, fitted to the forces at the end of p periods, and their ratio.
+    """Ratio of the forces at the end of p periods, from polynomials of one degree fitted to them.
 
     Attributes
     ----------
@@ -70,17 +70,18 @@ class Onsets:
         Coefficients of Legendre polynomials of 1 + 2·t for fx and fy, where t is −1 at the
         beginning of the window and 0 in the last sample; NaN if a period has too few samples.
     covariance : ndarray, shape (p, degree + 1, degree + 1)
-        Covariance of the coefficients, for a reading of variance 1.
+        Covariance of the coefficients of one force, if one reading has the variance 1.
     noise : ndarray, shape (2,)
         Standard deviation of one reading of fx and fy.
     step : ndarray, shape (p, 3)
-        t at the beginning, middle and end of the step in which the tip slips, plus the lag of the
-        readings.
+        t at which the readings, with their lag, show the beginning, the middle and the end of the
+        step in which the tip slips.
     chance : ndarray, shape (p,)
-        Probability of these residuals or larger ones, if the forces are such polynomials.
+        Probability of residuals at least as large as these, if the forces are such polynomials.
     change, between, shared : float
-        Mean change of μ0 by the next degree, its variance from period to period, and the standard
-        deviation of the mean.
+        Mean over the periods of the change of μ0 from this degree to the next; variance of the
+        change from period to period, beyond noise; standard deviation of the mean, which includes
+        the effect of all further degrees.
     """
 
     coefficients: FloatArray
@@ -93,7 +94,7 @@ class Onsets:
     shared: float = UNREAD
 
     def ratio(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Ratio of the forces and its standard deviation at places, each of shape (p, k)."""
+        """Ratio of the forces at k values of t, and its standard deviation, each shape (p, k)."""
         basis = legvander(1.0 + 2.0 * t, self.coefficients.shape[1] - 1)
         fx, fy = np.moveaxis(basis @ self.coefficients, -1, 0)
         spread = np.sqrt(((basis @ self.covariance) * basis).sum(axis=-1))
@@ -112,7 +113,7 @@ class Onsets:
 
     @property
     def own(self) -> FloatArray:
-        """Standard deviation of μ0 in each period, by noise and by too low a degree, shape (p,)."""
+        """Standard deviation of μ0 due to noise and to too low a degree, in each period, (p,)."""
         return np.asarray(np.hypot(self._read[1][:, 1], np.sqrt(self.between)))
 
     @property
@@ -129,14 +130,14 @@ def deviation_of(ratio: FloatArray, fy: FloatArray, noise: FloatArray) -> FloatA
 
 
 def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
-    """Take the last samples of each period, at most over the median travel of a period.
+    """Select the blocks at the end of each period, over at most the median travel of a period.
 
     Returns
     -------
     window : Blocks
-        Blocks with both forces, as if the clamp moved forward. Clamp positions are distances from
-        the last sample in lengths of the window: from −1 to 0; above 0 if the clamp had been
-        further and turned.
+        The selected blocks with the readings fx and fy; where the clamp moves backward, fx has the
+        opposite sign. Their clamp positions are t, the distance from the last sample in lengths of
+        the window: from −1 to 0, or above 0 if the clamp went further and turned back.
     length : ndarray, shape (p,)
         Length of the window (L); negative if the clamp moves backward, 0 if it does not move.
     """
@@ -158,7 +159,7 @@ def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
 
 
 def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: int) -> Onsets:
-    """Fit polynomials to the forces in windows, by least squares."""
+    """Fit polynomials of one degree to both forces in each window, by least squares."""
     root = np.sqrt(window.count)[:, None]
     basis = legvander(1.0 + 2.0 * window.clamp, degree) * root
     values = window.readings * root
@@ -184,9 +185,10 @@ def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: i
 
 
 def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
-    """Estimate the ratio of the forces at each onset of slip, and its error in each period, (p,).
+    """Estimate the ratio of the forces at each onset of slip, and its standard deviation, (p,).
 
-    Each degree is corrected by the next; the degree with the least error is used.
+    To the ratio by polynomials of one degree, its mean change to the next degree is added. The
+    degree is used for which this corrected ratio has the least error.
     """
     ends, position = task.ends, task.recording.position
     gap = np.where(task.spans.cut, 0.0, ends.gap)
@@ -236,7 +238,7 @@ def read_ratio(task: Task) -> Identification:
     check_forces(forces, noise)
     onsets, own = read_onsets(task)
     parameters = [one for one in task.parameters if one.of in BEARING and one.deviation > 0.0]
-    # The error by the degree of the polynomials is common to all periods, too.
+    # The error due to the degree of the polynomials is common to all periods, too.
     effects = _effects(task, onsets.along[:, 1], parameters)
     effects = np.column_stack([effects, np.ones(len(effects))])
     covariance = np.diag([*(one.deviation**2 for one in parameters), onsets.shared**2])

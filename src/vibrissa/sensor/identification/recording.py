@@ -72,14 +72,15 @@ class Recording(Batch):
     interval : float
         Usual time from one sample to the next (s); NaN if it is not known.
     zeros : dict of str to str
-        Standard deviations of the subtracted zeros, from the header of the table.
+        Standard deviation of each zero that was subtracted from a channel, with its unit, as
+        stated in the header of the table; by names such as ``zero_force_x``.
     air : tuple of float
-        Mean of each channel over the rows without load before the scan, or else after it; empty
-        without such rows.
+        Mean reading of each channel without load, in rows before the scan or, if there are none,
+        after it; empty if there are no rows without load.
     air_rows : int
-        Number of these rows.
+        Number of rows over which `air` is the mean.
     slip_rows, delay : float
-        Least duration of a slip, and lag of the readings, in samples.
+        Least duration of a slip, and delay of the readings, both in samples.
     position : float
         Standard deviation of one clamp position (L).
     """

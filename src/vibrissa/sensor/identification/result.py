@@ -31,12 +31,14 @@ class Beside:
     Attributes
     ----------
     ratio, deviation : ndarray, shape (p,)
-        μ0 of each period by the ratio, and its standard deviation; NaN unless both methods have μ0.
+        μ0 of each period by the ratio of the forces, and its standard deviation; NaN unless both
+        methods found μ0 and that by the ratio is not graded wrong.
     difference, spread : float
-        Mean of model minus ratio, and its standard deviation. Periods that disagree by themselves
-        are left out if they are fewer than half. NaN if fewer than `FEWEST` periods have both.
+        Mean of μ0 by the model less μ0 by the ratio, and the standard deviation of this mean. If
+        the methods disagree in fewer than half of the periods, these periods are left out. NaN if
+        fewer than `FEWEST` periods can be compared.
     off : ndarray of bool, shape (p,)
-        Whether the methods disagree in each period; in all periods if the means disagree.
+        Whether the methods disagree in each period; true in all periods if the means disagree.
     """
 
     ratio: FloatArray
@@ -47,7 +49,7 @@ class Beside:
 
     @property
     def agrees(self) -> bool:
-        """Whether both means agree, or are unknown."""
+        """Whether the means by both methods agree; true if they are not known."""
         return not abs(self.difference) > MEANS * self.spread
 
 
@@ -66,8 +68,8 @@ class Identification(Tabular):
     estimates : tuple of Estimate
         Estimates of the quantities of the set-up that have a tolerance.
     covariance : ndarray, shape (k, k)
-        Covariance of the remaining errors of `estimates` and, by the ratio, of the error by the
-        degree of the polynomials.
+        Covariance of the errors of `estimates` that remain after the fit. With the ratio of the
+        forces, the last row and column are for the error due to the degree of the polynomials.
     slope : Slope
         Tolerance of the local slope of the surface.
     goodness : Goodness or None
@@ -112,7 +114,7 @@ class Identification(Tabular):
         return str(self.summary())
 
     def columns(self) -> dict[str, Column]:
-        """One row for each period, with units."""
+        """Columns of the table of friction, which has one row for each period."""
         periods, unit = self.periods, self.units.unit(Kind.LENGTH)
         length, none = self.units.name(Kind.LENGTH), np.full(len(periods), np.nan)
         ratio, deviation = none, none
@@ -129,8 +131,8 @@ class Identification(Tabular):
             "deviation": Column(periods.deviation, "1", "standard deviation of mu0"),
             "low": Column(periods.low, "1", "lower end of the 95 % interval of mu0"),
             "high": Column(periods.high, "1", "upper end of the 95 % interval of mu0"),
-            "common": Column(periods.common, "1", "part of deviation that all periods share"),
-            "by_step": Column(periods.by_step, "1", "part of deviation by the step of the stage"),
+            "common": Column(periods.common, "1", "part of deviation common to all periods"),
+            "by_step": Column(periods.by_step, "1", "part of deviation due to the stage's step"),
             "mu0_ratio": Column(ratio, "1", "static friction by the ratio of forces"),
             "deviation_ratio": Column(deviation, "1", "standard deviation of mu0_ratio"),
             "first_line": Column(periods.first_line, "1", "line of the first sample"),
