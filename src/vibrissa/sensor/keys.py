@@ -44,7 +44,16 @@ class Keyed(BaseModel):
     def validated(
         cls, given: Mapping[str, Any], path: Path | str | None = None, keys: Container[str] = ()
     ) -> Self:
-        """Make a model from values; messages about `keys`, those of a file, name its `path`.
+        """Check the values of fields, and make a model with them.
+
+        Parameters
+        ----------
+        given : mapping
+            Values by field.
+        path : Path or str, optional
+            File from which some of the values come.
+        keys : container of str
+            Fields whose values come from the file; messages about these fields name the file.
 
         Raises
         ------
@@ -82,7 +91,7 @@ class Card(Keyed):
     Attributes
     ----------
     name, source : str
-        Description, and the source of the values.
+        Description of the material or transducer, and the source of its values.
     """
 
     name: str
@@ -90,7 +99,7 @@ class Card(Keyed):
 
     @classmethod
     def presets(cls, path: Path) -> dict[str, Self]:
-        """Read the presets of a TOML file, which has a table for each."""
+        """Read the presets from a TOML file, which has a table for each preset."""
         cards = tomllib.loads(path.read_text(encoding="utf-8"))
         return {name: cls.validated(card) for name, card in cards.items()}
 
@@ -155,14 +164,15 @@ def _assignments(keys: Mapping[str, Any]) -> list[str]:
 def with_options(
     keys: Mapping[str, Any], options: Mapping[str, Any], either: Iterable[Sequence[str]] = ()
 ) -> dict[str, Any]:
-    """Combine the keys of a file with options, which override them; options None are ignored.
+    """Combine the keys of a file with options: an option overrides a key, unless it is None.
 
-    A number becomes text, as a quantity without a unit.
+    An option that is a table overrides only its own keys. Numbers become texts without a unit.
 
     Parameters
     ----------
     either : iterable of sequence of str
-        Groups of keys, each for one property: an option for one overrides its group.
+        Groups of keys that state one property in different ways. An option for one key of a group
+        overrides all keys of the group in the file.
     """
     given = {name: value for name, value in options.items() if value is not None}
     replaced = {name for names in either if set(names) & given.keys() for name in names}
@@ -176,7 +186,7 @@ def with_options(
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Suggest the known name nearest to a name; empty if none is near."""
+    """Ask whether the most similar known name was meant; empty if none is similar."""
     near = get_close_matches(name, known, 1)
     return f"; did you mean {near[0]}?" if near else ""
 

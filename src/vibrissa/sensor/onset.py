@@ -19,9 +19,9 @@ STATES = 17
 
 
 def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bending:
-    """Measure the bending, such as the largest strain, at displacements x0 of each curve (L).
+    """Measure the bending, such as the largest strain, in the states at `x0` on each curve (L).
 
-    All curves have the same mounting. Rows are ordered by curve, then by displacement.
+    All curves have the same mounting. Rows of the result are ordered by curve, then as in `x0`.
     """
     rows = []
     for curve, at in zip(curves, x0, strict=True):
@@ -35,7 +35,7 @@ def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bend
 
 
 def largest_strain(curve: StickingCurve, end: float) -> Bending:
-    """Find the largest strain in a period of sticking that ends at a displacement (L)."""
+    """Find the largest strain in a period of sticking, from α = 0 to the displacement `end` (L)."""
     found = strains_in([curve], [np.linspace(0.0, end, STATES)])
     return found.take(np.atleast_1d(found.strain.argmax()))
 
@@ -49,7 +49,7 @@ class WhiskerOnset(Tabular):
     onset : Onset
         Nondimensional onset of slip.
     most : Bending or None
-        Largest strain of the whole period and its place; None unless the tip slips.
+        Largest strain in the period of sticking, and its place; None if the tip does not slip.
     whisker : Whisker
     """
 
@@ -70,7 +70,7 @@ class WhiskerOnset(Tabular):
         return "\n".join(f"{what:<{width}}{text}" for what, text in lines.items())
 
     def columns(self) -> dict[str, Column]:
-        """Table of one row, with units: onset of slip, or lateral buckling."""
+        """Columns of a table with one row: the onset of slip, or lateral buckling."""
         onset, units = self.onset, self.whisker.units
         return {
             "status": Column([onset.status.value], "", "status"),

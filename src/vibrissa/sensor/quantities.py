@@ -34,7 +34,7 @@ class Kind(StrEnum):
     Attributes
     ----------
     si, own : str
-        SI unit, and unit of nondimensional columns.
+        SI unit, and nondimensional unit, such as ``E*I0/L``; empty if there is none.
     """
 
     si: str
@@ -139,7 +139,7 @@ class Measured(NamedTuple):
 
     @property
     def written(self) -> Quantity:
-        """Value and tolerance in the notation of `read`."""
+        """Value and tolerance as one text that `read` accepts, as in ``210 GPa ± 5 GPa``."""
         return self.value if self.tolerance is None else f"{self.value} ± {self.tolerance}"
 
     @classmethod
@@ -252,7 +252,7 @@ def range_of(text: str) -> tuple[str, str]:
 
 
 def channels_of(text: str, what: str) -> list[tuple[str, Kind]]:
-    """Split ``"3 mN, 3 mN, 10 uN*m"`` into the values of force_x, force_y and moment_z.
+    """Split ``"3 mN, 3 mN, 10 uN*m"`` into three texts, each with the kind of its channel.
 
     Raises
     ------
@@ -282,7 +282,7 @@ def wished_units(*given: object) -> dict[Kind, str]:
 
 @dataclass(frozen=True)
 class Units:
-    """Conversion between the user's units and dimensionless quantities.
+    """Conversion between the user's units and nondimensional quantities.
 
     Attributes
     ----------
@@ -300,14 +300,14 @@ class Units:
     si: bool = False
 
     def told(self, value: float, kind: Kind) -> tuple[float, str]:
-        """Convert a value of a column to the user's unit; return value and name of the unit."""
+        """Convert a value from the unit of tables to the user's unit; return value and unit."""
         if self.nondimensional or kind not in self.wished:
             return value, self.name(kind)
         unit = self.wished[kind]
         return value / float(unit_size(unit, kind)), unit
 
     def spelled(self, value: float, kind: Kind, digits: int = 6) -> str:
-        """Format a dimensionless value in the user's unit, as in ``"26.3 mm"``."""
+        """Format a nondimensional value in the user's unit, as in ``"26.3 mm"``."""
         told, name = self.told(value * self.unit(kind), kind)
         return f"{told:.{digits}g} {name}".removesuffix(" 1")
 
@@ -330,7 +330,7 @@ class Units:
         return np.array([self.unit(kind) for kind in CHANNEL_KINDS])
 
     def name(self, kind: Kind) -> str:
-        """Name of the unit of columns of this kind."""
+        """Name of the unit that tables have for this kind of quantity."""
         return kind.own if self.nondimensional else kind.si
 
     @property
@@ -372,7 +372,7 @@ class Units:
         return np.array([float(self.read(part, kind, what)) for part, kind in values])
 
     def column_factor(self, unit: str, kind: Kind, what: str) -> float:
-        """Nondimensional value of one unit of a column."""
+        """Return the factor that converts a column in this unit to nondimensional values."""
         if unit.replace("**", "^").replace(" ", "") == kind.own:
             return 1.0
         return float(in_si(f"1 {unit}", kind, what) / self._exact_unit(kind, what))

@@ -56,7 +56,7 @@ class Column:
 
 
 def check_ending(path: Path, endings: Sequence[str] = ENDINGS) -> None:
-    """Refuse a file with another ending, and Parquet if its library is not installed."""
+    """Refuse a file that has none of these endings, or is Parquet without its library."""
     if path == STANDARD and endings == ENDINGS:
         return
     if path.suffix.lower() not in endings:
@@ -66,14 +66,14 @@ def check_ending(path: Path, endings: Sequence[str] = ENDINGS) -> None:
 
 
 class Tabular(ABC):
-    """A result that is a table with units; its text is the text that the commands print."""
+    """A result that is a table with units; as a text it is what the commands print."""
 
     @abstractmethod
     def columns(self) -> dict[str, Column]:
         """Columns by name, with units."""
 
     def header(self) -> dict[str, str]:
-        """Quantities that hold for the whole table, as texts by name."""
+        """Quantities that hold for the whole table: texts such as ``310 ± 0.3 mN``, by name."""
         return {}
 
     def to_pandas(self) -> "DataFrame":
@@ -138,6 +138,10 @@ class Table:
 
     Attributes
     ----------
+    source : str
+        Name of the file, for messages.
+    columns, units : dict
+        Values, and unit, of each column, by its name; a column without a unit is not in `units`.
     line : ndarray of int
         Line number of each row in the file; for Parquet or a DataFrame, number of the row from 1.
     header : dict
@@ -167,8 +171,9 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     Raises
     ------
     RecordingError
-        If the source is no such table; the message has a line for each wrong cell.
-        OtherTableError if a column is missing, or separators or encoding differ.
+        If the source is no such table; the message has a line for each wrong cell. It is an
+        OtherTableError if a column is missing, lines have different numbers of cells, or the
+        encoding is not UTF-8.
     ArgumentError
         If the file has another ending.
     """
@@ -270,7 +275,7 @@ def numbers(
 
 
 def name_of(path: Path) -> str:
-    """Name a file in messages."""
+    """Return the name of a file for messages."""
     return "standard input" if path == STANDARD else str(path)
 
 
@@ -301,7 +306,7 @@ def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame
     Raises
     ------
     OtherTableError
-        If lines have different numbers of cells; the message names them.
+        If lines have different numbers of cells; the message names these lines.
     RecordingError
         If a quote is not closed.
     """

@@ -1,8 +1,8 @@
 """Slips of a recording, found once for both methods: sudden falls of the load.
 
-The load is counted against the motion of the clamp. Within a period it only rises, as sticking is
-stable. A fall by more than noise is a slip; samples between its peak and its trough belong to no
-period.
+The load on the clamp is counted as positive if it acts against the motion of the clamp. Within a
+period it only rises, as sticking is stable. A fall by more than noise is a slip; samples between
+the peak of the load before the slip and the trough after it belong to no period.
 """
 
 from dataclasses import dataclass, replace
@@ -53,13 +53,14 @@ class Spans(Batch):
     begins, ends : ndarray of int
         First and last row in which the tip sticks. Rows between two periods belong to no period.
     after : ndarray of int
-        First row that shows the slip at the end of the period; the last row if there is none.
+        First row that shows the slip at the end of the period; the last row of the recording if
+        the period lasts until then.
     cut : ndarray of bool
         Whether the period ends where samples are missing, without a visible slip.
     passes : ndarray of bool
-        Whether a new pass begins after the period: the clamp went back without being recorded.
+        Whether the clamp went back after the period without being recorded, for a new pass.
     swung : ndarray of bool
-        Whether the rod buckles laterally at the end of the period.
+        Whether the period ends because the rod buckles laterally.
     """
 
     begins: IntArray
@@ -71,12 +72,15 @@ class Spans(Batch):
 
     @property
     def opened(self) -> BoolArray:
-        """Whether no slip is seen at the end of each period."""
+        """Whether the end of each period is open: the recording does not show the slip."""
         return np.asarray((self.after == self.ends) | self.passes)
 
     @property
     def between(self) -> IntArray:
-        """Rows of gaps between periods that are longer than a usual period and `MOST_BETWEEN`."""
+        """Rows in gaps between periods that are too long to be a single slip.
+
+        Such a gap has more rows than a usual period (the median), and more than `MOST_BETWEEN`.
+        """
         rows = [
             np.arange(last + 1, first)
             for last, first in zip(self.ends, self.begins[1:], strict=False)
@@ -91,7 +95,7 @@ class Spans(Batch):
 
     @property
     def rows(self) -> tuple[IntArray, IntArray]:
-        """Rows of all periods, and the number of the period of each row."""
+        """Rows that belong to periods, and for each of them the number of its period."""
         counts = self.counts
         period = np.repeat(np.arange(len(counts)), counts)
         first = self.begins - np.cumsum(counts) + counts
@@ -100,13 +104,15 @@ class Spans(Batch):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Ends(Batch):
-    """The ends of p periods, each field an array of shape (p,).
+    """Motion of the clamp at the ends of p periods, each field an array of shape (p,).
 
     Attributes
     ----------
-    clamp, gap : ndarray
-        Position of the clamp in the last sample of the period, and its travel from there to the
-        first sample after the slip (L).
+    clamp : ndarray
+        Position of the clamp in the last sample of the period (L).
+    gap : ndarray
+        Travel of the clamp from the last sample of the period to the first one that shows the
+        slip (L); 0 before a new pass.
     sign : ndarray
         1 if the clamp moves forward at the slip, −1 if it moves backward.
     """
@@ -117,12 +123,21 @@ class Ends(Batch):
 
 
 def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
-    """Find samples with a channel far from both neighbours while these agree with each other.
+    """Find lone spikes: samples with a reading far from the one before and the one after it.
+
+    These two must agree with each other.
 
     Parameters
     ----------
+    clamp : ndarray, shape (n,)
+        Positions of the clamp (L).
     readings : ndarray, shape (n, 3)
-        Readings in standard deviations; NaN for a channel that is not used.
+        Readings, divided by their standard deviations; NaN for a channel that is not used.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        Whether each sample is a lone spike.
     """
     before, middle, after = readings[:-2], readings[1:-1], readings[2:]
     off = np.abs(middle - 0.5 * (after + before))
@@ -136,7 +151,7 @@ def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
 
 
 def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
-    """Find the first and last rows of periods, between falls of the load by more than `FALL`."""
+    """Find the first and the last row of each period; periods end with falls above `FALL`."""
     load = -np.cumsum(np.append(0.0, falls))
     # A fall may begin in the first row: a lower load before that row makes it a peak.
     peaks = find_peaks(np.append(-np.inf, load), prominence=FALL)[0] - 1
@@ -156,7 +171,7 @@ def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
 def _spans(clamp: FloatArray, falls: FloatArray) -> Spans:
     """Find the periods, at least one; periods of a single sample are left out.
 
-    A period is also cut where samples are missing and the load rises too little for sticking.
+    A period is also cut where samples are missing and the load rises less than in sticking.
     """
     begins, ends = _slips(falls)
     steps, usual = np.abs(np.diff(clamp)), usual_step(clamp)
@@ -184,11 +199,12 @@ def _spans(clamp: FloatArray, falls: FloatArray) -> Spans:
 
 
 def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
-    """Refuse a recording whose slips are sudden rises of the load, or that has no period.
+    """Check that force_x has the right sign, and that the recording has a period of sticking.
 
     Raises
     ------
     RecordingError
+        If the load rises suddenly in slips, instead of falling, or there is no period.
     """
     readings, clamp = recording.readings / noise, recording.smooth
     load = readings[:, 0] if np.isfinite(noise[FORCES]).all() else -readings[:, MOMENT]
@@ -208,13 +224,17 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
 
 
 def usual_step(clamp: FloatArray) -> float:
-    """Usual clamp motion from one sample to the next; infinite if it never moves."""
+    """Median travel of the clamp between samples in motion (L); infinite if it never moves."""
     steps = np.abs(np.diff(clamp))
     return float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
 
 
 def direction(clamp: FloatArray) -> FloatArray:
-    """Direction of each step, 1 or −1, shape (n − 1,); in a rest the direction of motion before."""
+    """Direction of the clamp's motion between successive samples, 1 or −1, shape (n − 1,).
+
+    While the clamp rests, it is the direction of the last motion before the rest; in a rest at the
+    beginning, that of the first motion.
+    """
     signs = np.sign(np.diff(clamp))
     moving = np.flatnonzero(signs)
     if not len(moving):
@@ -224,7 +244,10 @@ def direction(clamp: FloatArray) -> FloatArray:
 
 
 def position_noise(clamp: FloatArray) -> float:
-    """Estimate the noise of the clamp positions; 0 if the stage rests in some steps."""
+    """Estimate the standard deviation of one clamp position (L); 0 if positions have no noise.
+
+    They have none if successive positions are often equal, or if they scatter by rounding only.
+    """
     steps = np.diff(clamp)
     scatter = noise_of(clamp[:, None])[0]
     rests = np.mean(steps == 0.0) > RESTS if len(steps) else True
@@ -232,7 +255,10 @@ def position_noise(clamp: FloatArray) -> float:
 
 
 def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
-    """Cut a recording where the rod buckles laterally: fx changes its sign, and fy stays."""
+    """End a recording where the rod buckles laterally.
+
+    In lateral buckling fx changes its sign, and fy stays almost the same.
+    """
     forces = recording.readings[:, :2]
     last, first = spans.ends[:-1], spans.begins[1:]
     way = direction(recording.clamp)[last]
@@ -255,7 +281,7 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
 
 
 def ends_of(recording: Recording, spans: Spans) -> Ends:
-    """Find clamp position, travel and direction of motion at the end of each period."""
+    """Find the position, travel and direction of the clamp at the end of each period."""
     clamp, position = recording.clamp, recording.position
     last, unseen = clamp[spans.ends], spans.cut | spans.passes
     gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)
@@ -270,16 +296,17 @@ def ends_of(recording: Recording, spans: Spans) -> Ends:
 
 
 def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Spans, IntArray]:
-    """Find the slips of a recording.
+    """Find the slips of a recording, and the periods of sticking between them.
 
     Returns
     -------
     recording : Recording
-        The recording without lone spikes, up to where the rod buckles laterally.
+        The given recording without lone spikes, up to where the rod buckles laterally.
     spans : Spans
-        Its periods of sticking.
+        The periods of sticking, as rows of the returned recording.
     row : ndarray of int
-        Number of each row in the given recording.
+        For each row of the returned recording, its number in the given one; rows after the lateral
+        buckling follow.
     """
     recording = replace(recording, position=position_noise(recording.clamp))
     spiky = spikes(recording.smooth, recording.readings / noise)
@@ -298,9 +325,9 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
 
 
 def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
-    """Load by force_x and the moment, in standard deviations of one reading, shape (n,).
+    """Combine force_x and the moment into one load, relative to its noise, shape (n,).
 
-    Like force_x, the load falls while a clamp that moves forward bends the rod.
+    The load has the sign of force_x: it decreases while a clamp that moves forward bends the rod.
     """
     readings, way = recording.readings / noise, direction(recording.smooth)
     both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])
@@ -312,7 +339,7 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
 
 
 def _settled(recording: Recording, spans: Spans, early: int, late: int) -> tuple[Recording, Spans]:
-    """Leave out samples before and after each slip; a note names them."""
+    """Leave out `early` samples before and `late` samples after each slip; a note names them."""
     begins = np.maximum(spans.begins, np.append(0, spans.after[:-1] + late))
     # A filter lags behind the first steps, too.
     begins[0] = spans.begins[0] + (late if late > LONG else 0)

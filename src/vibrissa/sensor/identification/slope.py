@@ -1,6 +1,7 @@
-"""Local slope of the surface: its effect on friction, on a mean, and on the rod's height.
+"""Local slope of the surface: its effect on friction, on the mean friction, and on the height.
 
-The slope is a normal process with the covariance σ²·exp(−d²/(2ℓ²)) over the distance d.
+The slope is a Gaussian process along the surface. Slopes at two places with the distance d have the
+covariance σ²·exp(−d²/(2ℓ²)).
 """
 
 from dataclasses import dataclass
@@ -22,16 +23,16 @@ class Slope:
     Attributes
     ----------
     deviation : float
-        Standard deviation σ (rad); 0 on a plane.
+        Standard deviation σ of the slope (rad); 0 on a plane.
     length : float
-        Correlation length ℓ (L).
+        Correlation length ℓ of the slope along the surface (L).
     """
 
     deviation: float = 0.0
     length: float = np.inf
 
     def errors(self, mu0: FloatArray) -> FloatArray:
-        """Return the standard deviation of each friction due to the slope, shape (p,).
+        """Return the standard deviation of each friction coefficient due to the slope, shape (p,).
 
         A surface that is inclined by δ where the tip slips turns the normal there: the ratio of
         the forces is tan(arctan μ0 + δ), so that μ0 has the error (1 + μ0²)·δ.
@@ -39,7 +40,17 @@ class Slope:
         return np.asarray((1.0 + np.nan_to_num(mu0) ** 2) * self.deviation)
 
     def variance_of_mean(self, weights: FloatArray, mu0: FloatArray, place: FloatArray) -> float:
-        """Variance due to the slope of a weighted mean of frictions at places (L)."""
+        """Return the variance of the mean friction coefficient due to the slope.
+
+        Periods at neighbouring places have correlated errors.
+
+        Parameters
+        ----------
+        weights, mu0 : ndarray, shape (p,)
+            Weight in the mean, and friction coefficient, of each period.
+        place : ndarray, shape (p,)
+            Position of the clamp at the end of each period (L).
+        """
         part, total = weights * self.errors(mu0), 0.0
         for start in range(0, len(part), BLOCK):
             here = slice(start, start + BLOCK)
@@ -48,16 +59,20 @@ class Slope:
         return total
 
     def heights(self, place: FloatArray) -> FloatArray:
-        """Covariance of the heights of the surface at places, shape (p, p).
+        """Return the covariance of the heights of the surface at p places (L²), shape (p, p).
 
-        The height at the first place has the variance of the rise over the whole distance.
+        The height at the first place is uncertain, too: it has the variance of the rise between
+        the two places that are farthest apart.
         """
         at, whole = self.rise(place - place[0]), self.rise(np.ptp(place))
         apart = self.rise(place[:, None] - place)
         return np.asarray(0.5 * (at[:, None] + at - apart) + whole)
 
     def rise(self, way: ArrayLike) -> FloatArray:
-        """Variance of the rise over a distance d: 2·∫ (d − s)·σ²·exp(−s²/(2ℓ²)) ds from 0 to d."""
+        """Return the variance of the surface's rise over a distance d, which is `way` (L).
+
+        It is the integral 2·∫ (d − s)·σ²·exp(−s²/(2ℓ²)) ds from 0 to d.
+        """
         part = np.abs(way) / self.length
         size = np.sqrt(np.pi / 2.0) * part * erf(part / np.sqrt(2.0)) + np.expm1(-0.5 * part**2)
         return np.asarray(2.0 * (self.deviation * self.length) ** 2 * size)

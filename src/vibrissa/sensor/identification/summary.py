@@ -1,16 +1,18 @@
 """Friction of a surface from a recording, in a few numbers and lines.
 
-Period i has the friction μ_i, with errors n_i by the readings, s_i by the step of the stage and e_i
-by the set-up. Friction varies from place to place with the variance t² (DerSimonian and Laird). The
-errors by the set-up are common to all periods, and of the errors by the step the part
-s'_i² = max(0, s_i² − l²), where l² is t² less two of its standard errors. With the weights
-w_i = 1/(n_i² + t² + s'_i²), normalised,
+Period i has the friction coefficient μ_i. Its error has the standard deviations n_i, due to the
+noise of its readings, and s_i, due to the step of the stage; e_i is the change of μ_i per unit of
+each error of the set-up. Friction varies from place to place with the variance t² (DerSimonian and
+Laird). Errors of the set-up are common to all periods. So is the part s'_i² = max(0, s_i² − l²) of
+the variance due to the step, where l² is t² less two of its standard errors, at least 0. With the
+weights w_i, proportional to 1/(n_i² + t² + s'_i²), whose sum is 1,
 
     mean = Σ w_i·μ_i,   random² = Σ w_i²·(n_i² + s_i² − s'_i²),
-    common² = (Σ w_i·s'_i)² + (Σ w_i·e_i)·C·(Σ w_i·e_i)ᵀ.
+    common² = (Σ w_i·s'_i)² + e·C·eᵀ,   e = Σ w_i·e_i.
 
-C is the covariance of the remaining errors of the set-up, and e the change of the mean per unit of
-each error. If quantity k were exact, the variance of the mean would fall by (C·e)_k²/C_kk.
+C is the covariance of the errors that the set-up still has after the fit. If quantity k were exact,
+the variance of the mean would fall by (C·e)_k²/C_kk. Errors due to the slope of the surface are
+part of n_i, and correlated in neighbouring periods: random² also has their covariances.
 """
 
 from collections.abc import Iterator
@@ -49,26 +51,29 @@ class FrictionSummary:
     Attributes
     ----------
     found : Identification
-        The summarised identification.
+        The identification that is summarised.
     mean : float
-        Weighted mean of μ0 over the places where the tip slipped; NaN if nowhere.
+        Weighted mean of μ0 over the places where the tip slipped; NaN if it slipped nowhere.
     random : float
-        Standard deviation of the mean by errors that differ from period to period.
+        Standard deviation of the mean due to errors that differ from period to period.
     common : float
-        Standard deviation of the mean by errors that all periods share, which do not average out.
+        Standard deviation of the mean due to errors that all periods share. They do not average
+        out.
     if_exact : dict of str to float
-        For each quantity with a tolerance, the `deviation` if this quantity alone were exact. The
-        smallest comes first: measure its quantity first.
+        For each quantity with a tolerance: the standard deviation that the mean would have if this
+        quantity alone were exact. The smallest comes first: measure its quantity first.
     variation : float
-        Standard deviation of μ0 from place to place, beyond its errors; 0 if it is not certain.
+        Standard deviation of μ0 from place to place that errors do not explain; 0 unless Cochran's
+        test shows such a variation.
     used : int
         Number of periods in the mean.
     left : dict of str to int
-        Numbers of the other periods, by their status or grade.
+        Periods left out of the mean: their number for each status or grade.
     least : float
-        Largest lower bound of μ0 in any period not graded wrong; NaN without a bound.
+        Value that μ0 reaches at one place or more: the largest lower bound of any period that is
+        not graded wrong; NaN if no period has a bound.
     doubtful, wrong : int
-        Numbers of used periods with this grade.
+        Numbers of periods in the mean that are graded doubtful, and graded wrong.
     """
 
     found: "Identification" = field(repr=False)
@@ -85,7 +90,7 @@ class FrictionSummary:
 
     @property
     def deviation(self) -> float:
-        """Standard deviation of the mean."""
+        """Standard deviation of the mean due to all errors, random and common."""
         return float(np.hypot(self.random, self.common))
 
     def __str__(self) -> str:
@@ -187,7 +192,7 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
     weights /= weights.sum()
     effect = weights @ some.effects
     common = np.hypot(weights @ np.sqrt(same_step), common_deviation(effect[None], covariance)[0])
-    # Errors by the slope of the surface are correlated in neighbouring periods.
+    # Errors due to the slope of the surface are correlated in neighbouring periods.
     by_slope = slope.variance_of_mean(weights, some.mu0, some.footpoint)
     more = by_slope - weights**2 @ slope.errors(some.mu0) ** 2
     random = np.sqrt(weights**2 @ (noise + step - same_step) + more)
@@ -205,7 +210,7 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
 
 
 def _gained(effect: FloatArray, found: "Identification") -> dict[str, float]:
-    """Decrease of the variance of the mean if each quantity alone were exact, by name."""
+    """Return by how much the variance of the mean would fall if each quantity alone were exact."""
     names, gained = [one.parameter.of for one in found.estimates], {}
     along = found.covariance @ effect
     for name in dict.fromkeys(names):

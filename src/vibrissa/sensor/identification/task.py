@@ -29,20 +29,22 @@ ZEROS = tuple(f"zero_{name}" for name in CHANNELS)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Task:
-    """Inputs of an identification: a recording, noise and tolerances.
+    """Inputs of an identification: a recording, its noise, and the tolerances of the set-up.
 
     Attributes
     ----------
     recording : Recording
         The recording without lone spikes, up to where the rod buckles laterally.
     spans : Spans
-        Its periods of sticking.
+        The periods of sticking, as rows of `recording`.
     row : ndarray of int
-        Number of each row in the given recording.
+        For each row of `recording`, its number in the recording as it was read.
     noise : ndarray, shape (3,)
-        Standard deviation of one reading; NaN for a channel that is not used.
+        Standard deviation of one reading of each channel; NaN for a channel that is not used.
+    noise_is_given : bool
+        Whether the user stated the noise or the transducer; else it is estimated from the readings.
     parameters : tuple of Parameter
-        Deviations from the given set-up.
+        Possible deviations of the rod, its position and the readings from the given set-up.
     slope : Slope
         Tolerance of the local slope of the surface.
     """
@@ -58,20 +60,20 @@ class Task:
 
     @cached_property
     def number(self) -> dict[str, int]:
-        """Number of each parameter, by its name."""
+        """Index of each parameter in `parameters`, by its name."""
         return {one.name: k for k, one in enumerate(self.parameters)}
 
     def sizes_of(self, p: FloatArray) -> dict[str, float]:
-        """Return the values of the parameters by name."""
+        """Return the values `p`, which are in the order of `parameters`, by parameter name."""
         return dict(zip(self.number, p.tolist(), strict=True))
 
     @property
     def used(self) -> list[int]:
-        """Numbers of the channels that are used."""
+        """Indices of the channels that are used."""
         return np.flatnonzero(np.isfinite(self.noise)).tolist()
 
     def weighted(self, values: FloatArray) -> FloatArray:
-        """Divide the c used channels of values (..., 3) by their noise, shape (..., c)."""
+        """Take the c used channels of values (..., 3), divided by their noise, shape (..., c)."""
         return np.asarray(values[..., self.used] / self.noise[self.used])
 
     @property
@@ -87,12 +89,12 @@ class Task:
 
     @property
     def last(self) -> int:
-        """Number of the last row, from 0; at least 1."""
+        """Index of the last row of the recording; at least 1, so that it can be a divisor."""
         return max(len(self.recording) - 1, 1)
 
     @cached_property
     def ends(self) -> Ends:
-        """Clamp position, travel and direction at the end of each period."""
+        """Position, travel and direction of the clamp at the end of each period."""
         return ends_of(self.recording, self.spans)
 
     @cached_property
@@ -102,12 +104,18 @@ class Task:
 
     @cached_property
     def shown(self) -> FloatArray:
-        """Positions of the clamp at which the delayed readings of the blocks arose, shape (n,)."""
+        """Clamp position at which the readings of each of n blocks arose (L), shape (n,).
+
+        Readings may be delayed, as by a filter.
+        """
         return self.blocks.clamp - self.recording.lag[self.blocks.row.astype(int)]
 
     @property
     def rows(self) -> tuple[FloatArray, int]:
-        """Part of the recording before each block, shape (n, 1), and the number of the last row."""
+        """Place of each of n blocks in the recording, and the index of the last row.
+
+        The places, shape (n, 1), go from 0 in the first row to 1 in the last row.
+        """
         return self.blocks.row[:, None] / self.last, self.last
 
 
@@ -120,12 +128,12 @@ def task_of(
     tolerances: Mapping[str, Quantity],
     assume: bool,
 ) -> Task:
-    """Collect the inputs of an identification.
+    """Collect the inputs of an identification from the arguments of `identify`.
 
     Raises
     ------
     ArgumentError
-        If an argument is out of range or a name unknown.
+        If an argument is out of range, or no quantity has the name of a tolerance.
     RecordingError
         If the readings have no measurable noise.
     """
@@ -174,7 +182,7 @@ def _tared(
 def _noise(
     noise: str | ArrayLike | None, transducer: Transducer | None, units: Units
 ) -> FloatArray | None:
-    """Nondimensional noise of the three channels; None if it is to be estimated."""
+    """Return the given noise of the three channels, nondimensional; None if none is given."""
     if transducer is not None:
         if noise is not None:
             raise ArgumentError("give the noise or the transducer, not both")
@@ -192,7 +200,7 @@ def _noise(
 
 
 def _full_scale(recording: Recording, transducer: Transducer | None, units: Units) -> FloatArray:
-    """Full scale of channels: limits of the transducer, or largest readings; NaN if missing."""
+    """Full scale of each channel: the transducer's limit, or the largest reading; NaN if absent."""
     scale = np.abs(recording.readings).max(axis=0)
     if transducer is not None:
         return np.where(np.isnan(scale), np.nan, np.array(transducer.limit) / units.channels)
@@ -200,7 +208,10 @@ def _full_scale(recording: Recording, transducer: Transducer | None, units: Unit
 
 
 def _measurable(noise: FloatArray, recording: Recording) -> FloatArray:
-    """Refuse a recording without noise, where slips and rounding look alike."""
+    """Return the noise, with NaN for channels that cannot be used.
+
+    A recording without measurable noise is refused, as slips and rounding look alike in it.
+    """
     there = np.isfinite(recording.readings).all(axis=0) & (noise > LEAST_NOISE) & (noise < np.inf)
     if not (there[2] or there[FORCES].all()):
         raise RecordingError(
@@ -211,7 +222,7 @@ def _measurable(noise: FloatArray, recording: Recording) -> FloatArray:
 
 
 def in_samples(recording: Recording, text: str | None, what: str) -> float:
-    """Read a time as a number of samples; 0 where none is given."""
+    """Convert a time, such as ``"50 ms"``, to a number of samples; 0 without a time."""
     if text is None:
         return 0.0
     time = Kind.TIME.read(text, what)

@@ -1,4 +1,4 @@
-"""Uncertainty of the friction of one period: by step, noise and errors of the set-up.
+"""Uncertainty of the friction of one period due to the step, noise and errors of the set-up.
 
 The onset is uniformly distributed over the step; all other errors are normal. The whole error is
 the sum of a uniform error up to ±a and a normal error with the standard deviation s. It is below h
@@ -22,7 +22,15 @@ LITTLE = 1e-6
 
 
 def half_width(half: FloatArray, normal: FloatArray) -> FloatArray:
-    """Half width of the 95 % interval of the sum of a uniform error (±half) and a normal error."""
+    """Return the half width of the 95 % interval of the sum of a uniform and a normal error.
+
+    Parameters
+    ----------
+    half : ndarray
+        Half width a of the uniform error.
+    normal : ndarray
+        Standard deviation s of the normal error.
+    """
     low, high = np.zeros_like(half), half + HALF_WIDTH * normal
     sure = np.maximum(normal, LITTLE * half)
     for _ in range(BISECTIONS):
@@ -50,7 +58,8 @@ def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
     Parameters
     ----------
     slope : ndarray
-        Growth of the mobilised friction −tan α with x0 at the onset (1/L), constant in a step.
+        Derivative of the mobilised friction −tan α with respect to x0 at the onset (1/L), taken as
+        constant over the step.
     step : ndarray or float
         Step of the stage (L).
     """
@@ -65,15 +74,23 @@ def common_deviation(effects: FloatArray, covariance: FloatArray) -> FloatArray:
     effects : ndarray, shape (n, k)
         Change of each value per unit of each error.
     covariance : ndarray, shape (k, k)
+        Covariance of the errors.
     """
     squares = np.einsum("ni,ij,nj->n", effects, covariance, effects)
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 
 
 def variance_between(values: FloatArray, variance: FloatArray) -> tuple[float, float]:
-    """Estimate the variance of values beyond that of their errors, and its standard error.
+    """Estimate the variance of true values from measured ones, and its standard error.
 
-    The estimate is by moments (DerSimonian and Laird, 1986).
+    The estimate is the one of DerSimonian and Laird (1986), by the method of moments.
+
+    Parameters
+    ----------
+    values : ndarray
+        Measured values.
+    variance : ndarray
+        Variance of the error of each value.
     """
     weight, degrees = 1.0 / variance, len(values) - 1
     mean = (weight * values).sum() / weight.sum()

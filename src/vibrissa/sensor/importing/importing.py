@@ -69,7 +69,7 @@ At = Annotated[Place, BeforeValidator(_place)]
 
 
 class Settings(Keyed):
-    """Settings of an import; None: to be found in the file, or not used.
+    """Settings of an import; those that are None are found in the file, or not used.
 
     Examples
     --------
@@ -131,7 +131,7 @@ class Settings(Keyed):
 
 
 class Zero(NamedTuple):
-    """Mean reading of a channel without load, its standard deviation, and its number of rows."""
+    """Mean of a channel's readings without load, its standard error, and their number."""
 
     value: float
     deviation: float
@@ -147,7 +147,7 @@ class Imported(Tabular):
     values : dict of str to ndarray
         Columns in SI units; NaN where a value is missing.
     zeros : dict of str to Zero
-        Readings without load, which were subtracted from the channels.
+        Mean readings without load, which were subtracted from the channels.
     notes : tuple of str
         What was found in the file, and how it was converted.
     units : Units
@@ -168,7 +168,10 @@ class Imported(Tabular):
         }
 
     def header(self) -> dict[str, str]:
-        """Zeros as ``310.254 ± 0.27 mN``, from which `vibrissa identify` takes their errors."""
+        """Zeros of the channels, as in ``zero_force_x``: ``310.254 ± 0.27 mN``.
+
+        `vibrissa identify` takes the tolerances of the zeros from this header.
+        """
         header = {}
         for name, zero in self.zeros.items():
             value, _ = self.units.told(zero.value, KINDS[name])
@@ -205,7 +208,8 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
     Raises
     ------
     RecordingError
-        If the file is no recording, or ambiguous; the message has a line for each error.
+        If the file is no recording, or its columns or decimal sign are ambiguous; the message has
+        a line for each error.
     """
     text = decoded(data, name)
     layout = layout_of(text, name, settings.decimal)
@@ -303,7 +307,8 @@ def turned(values: Values, angle: float) -> Values:
     Parameters
     ----------
     angle : float
-        Angle of the file's axes against those of the clamp, from x to y (rad).
+        Angle by which the file's axes are turned against those of the clamp, positive from x to y
+        (rad).
     """
     x, y = values["force_x"], values["force_y"]
     cos, sin = np.cos(angle), np.sin(angle)
@@ -311,12 +316,12 @@ def turned(values: Values, angle: float) -> Values:
 
 
 def about_clamp(values: Values, origin: tuple[float, float]) -> Values:
-    """Refer the moment to the clamp: m = m(a, b) + a·fy − b·fx.
+    """Convert the moment of the file to the moment about the clamp: m = m(a, b) + a·fy − b·fx.
 
     Parameters
     ----------
     origin : tuple of float
-        Point (a, b) to which the file's moment refers, from the clamp (m).
+        Point (a, b) about which the file's moment is taken, measured from the clamp (m).
     """
     a, b = origin
     moment = values["moment_z"] + a * values["force_y"] - b * values["force_x"]
@@ -351,7 +356,7 @@ def unloaded(values: Values, begin: int | None) -> int:
     Parameters
     ----------
     begin : int or None
-        Row in which the clamp begins to move; None: find it in `footpoint`.
+        Row in which the clamp begins to move; None: find it from the column footpoint.
     """
     channel = next((name for name in ("force_y", "moment_z") if name in values), None)
     if channel is None:

@@ -61,7 +61,7 @@ class FileColumn(NamedTuple):
 
     @property
     def note(self) -> str:
-        """Report of how the column is read."""
+        """How the column is read, as in ``minus Fz in mN``."""
         return f"{'minus ' * (self.factor < 0.0)}{self.title} in {self.unit}"
 
 
@@ -72,9 +72,14 @@ class Layout:
     Attributes
     ----------
     titles, units : list of str
-        Title and unit of each column; #1, #2, … if the file has no titles, empty without units.
+        Title and unit of each column. Without titles in the file they are #1, #2, …; without units
+        the texts are empty.
     cells : DataFrame
         Cells as texts; the index has the line number of each row.
+    decimal : str
+        Decimal sign: a point or a comma.
+    notes : tuple of str
+        What was found in the file, and which lines are left out.
     """
 
     titles: list[str]
@@ -84,17 +89,20 @@ class Layout:
     notes: tuple[str, ...]
 
     def column(self, target: str, source: str) -> FileColumn | None:
-        """Find the column of a channel, and its unit; None if there is none.
+        """Find the column of the file that holds a quantity, and its unit; None if there is none.
 
         Parameters
         ----------
+        target : str
+            Name of the quantity: time, footpoint, force_x, force_y or moment_z.
         source : str
-            Name of the column: ``force_x``, ``-Fz [mN]``, or ``#3`` for the third.
+            Name of the file's column: ``force_x``, ``-Fz [mN]``, or ``#3`` for the third.
 
         Raises
         ------
         ArgumentError
-            If several columns have this name, or the unit is missing or of another kind.
+            If several columns have this name, or the unit is missing, or is no unit of the
+            quantity.
         """
         kind = KINDS[target]
         minus, name, told = SOURCE.fullmatch(source.strip()).groups(default="")  # type: ignore[union-attr]
@@ -124,6 +132,8 @@ class Layout:
 
 def title_of(text: str, kind: Kind) -> tuple[str, str]:
     """Split a title into the name of a column and its unit, which is empty if there is none.
+
+    A unit without brackets counts only if it is one of this kind.
 
     Examples
     --------
@@ -160,7 +170,8 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
     Raises
     ------
     RecordingError
-        If there is no table, or an ambiguous one; the message names the options to add.
+        If there is no table, its rows have different numbers of cells, or the decimal sign is
+        ambiguous; in the last case the message names the option to add.
     """
     lines = lines_of(text)
     sample = lines[~lines.str.match(COMMENT)].head(SAMPLE)
@@ -200,7 +211,7 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
 
 
 def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str]:
-    """Return lines and the sign between their cells; blanks are replaced by tabulators."""
+    """Return lines and the separator of their cells; separating blanks become tabulators."""
     if separator != "blank":
         return lines, SEPARATORS[separator]
     # A unit in brackets belongs to the word before.
@@ -209,7 +220,7 @@ def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str
 
 
 def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
-    """Find the first line of the table, and the share of numbers in its cells; 0 without table."""
+    """Find the table's first line, and the share of numbers in its cells; 0, 0 without a table."""
     lines, sign = _separated(lines, separator)
     rows = [(line, cells_of(text, sign)) for line, text in lines.items()]
     groups = groupby(rows, lambda row: len(row[1]) if _share(row[1]) >= 0.5 else 0)

@@ -1,6 +1,6 @@
-"""The response of a rod: clamp reactions over the displacement x0, where the clamp pushes or pulls.
+"""The response of a rod: clamp reactions over the displacement x0.
 
-In pulling (x0 < 0) the response reaches as far as the path was solved.
+The clamp pushes the tip for x0 > 0, and pulls it for x0 < 0, as far as that part was solved.
 """
 
 from abc import ABC, abstractmethod
@@ -27,18 +27,20 @@ TINY = 1e-9
 
 
 class States(ABC):
-    """States of a rod as functions of x0, all at one height, or each at its own height.
+    """Sticking states of a rod as functions of x0, all at one height, or each at its own height.
 
     Attributes
     ----------
-    x0_pull, x0_lock, x0_end : float or ndarray
-        Displacements at which pulling ends (0 without pulling), the tip locks, and pushing ends
-        (L).
+    x0_pull, x0_end : float or ndarray
+        Least and largest displacement at which the states are known (L): the end of pulling, which
+        is 0 without pulling, and the end of pushing.
+    x0_lock : float or ndarray
+        Displacement at which the tip locks: −tan α is largest (L).
     x1_init : float or ndarray
-        Contact point in the α = 0 state, from the clamp (L).
+        Contact point in the α = 0 state, measured from the clamp (L).
     bounds : ndarray
-        Displacements between which the reactions at one height are smooth: end of pulling, kinks,
-        α = 0, lock, end of pushing (L).
+        Landmarks, between which the reactions at one height are smooth: x0_pull, kinks where the
+        rod changes between tip and line contact, x0 = 0, x0_lock and x0_end (L).
     """
 
     x0_pull: ArrayLike
@@ -60,11 +62,14 @@ class States(ABC):
         return self.derivative(x0, 1)
 
     def clip(self, x0: ArrayLike) -> FloatArray:
-        """Clip displacements to those with known states (L)."""
+        """Clip displacements to the range in which the states are known (L)."""
         return np.clip(x0, self.x0_pull, self.x0_end)
 
     def demand(self, x0: ArrayLike) -> FloatArray:
-        """Friction coefficient −tan α that the tip needs to stick; negative where it is pulled."""
+        """Return the mobilised friction −tan α, which the tip needs to stick.
+
+        It is negative where the clamp pulls the tip.
+        """
         fx, fy, _ = np.moveaxis(self(x0), -1, 0)
         return np.asarray(fx / fy)
 
@@ -76,14 +81,15 @@ class States(ABC):
 
     @property
     def mu_lock(self) -> float:
-        """Largest friction at which a pushed tip slips; infinite if it lifts off instead."""
+        """Largest μ0 at which a pushed tip slips; infinite if it lifts off instead of locking."""
         fx, fy, _ = self(self.x0_lock)
         return float(fx / fy) if fy < -TINY else float("inf")
 
     def contact(self, clamp: float, x0: float, side: int) -> float:
-        """Position of the tip (L), which is ahead of the clamp (`side` 1) or behind it (−1).
+        """Return the position of the tip along the surface (L) for a clamp position (L).
 
-        The state of a tip behind the clamp is the mirror image of the state at x0.
+        The tip is ahead of the clamp (`side` 1), or behind it (−1): then the state is the mirror
+        image of the one at `x0`.
         """
         return float(clamp + side * (np.asarray(self.x1_init) - x0))
 
@@ -95,10 +101,10 @@ class Response(States):
     Attributes
     ----------
     reactions : PPoly
-        fx, fy (E·I0/L²) and m (E·I0/L) over x0, from where pulling ends to where pushing ends.
+        fx, fy (E·I0/L²) and m (E·I0/L) over x0, from x0_pull to x0_end.
     swings : bool
-        Whether a locked tip is dragged after the end of pushing: the rod buckles laterally, its
-        mounting is ideal, and its retraction was solved.
+        Whether the rod buckles laterally at x0_end, and the tip can then be followed while it is
+        dragged behind the clamp: the mounting is ideal, and states with x0 < 0 were solved.
     curve : StickingCurve
         The sticking curve that was tabulated.
     """
@@ -127,8 +133,10 @@ def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Respons
 
     Parameters
     ----------
+    whiskers : sequence of Whisker
+        All have the contact and the section of the first one.
     partly : bool
-        Whether to accept curves that were not followed to their end.
+        Whether to accept curves that the solver did not follow to their end.
 
     Raises
     ------
@@ -153,7 +161,7 @@ def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Respons
 
 
 def tabulated(curve: StickingCurve) -> Response:
-    """Tabulate the response of a solved curve, with its retraction if that was solved."""
+    """Tabulate the response of a solved curve; x0 < 0 is included if it was solved."""
     pieces = Pieces.concatenate([curve.retraction, curve.pieces])
     parts: list[PPoly] = []
     for number, begin in enumerate(pieces.first_x0):

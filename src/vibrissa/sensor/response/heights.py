@@ -1,7 +1,8 @@
 """The response of one rod at any height η of a range, interpolated from a few heights.
 
-Landmarks (end of pulling, kinks, α = 0, lock, end of pushing) divide x0 into smooth stretches. On
-each stretch the reactions are polynomials in η, over each part of the range.
+The range is divided into parts. Landmarks (end of pulling, kinks, α = 0, lock, end of pushing)
+divide x0 into smooth stretches. In each part of the range, the reactions at a given fraction of a
+stretch are a polynomial in η.
 """
 
 from dataclasses import dataclass, replace
@@ -32,14 +33,15 @@ LOWEST, HIGHEST = 0.02, 0.9999
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Heights:
-    """Responses of one rod in one part of a range of heights.
+    """Responses of one rod at all heights in one part of a range.
 
     Attributes
     ----------
     low, high : float
-        Ends of the part (L).
+        Least and largest height of the part (L).
     branches : tuple of Response
-        Responses at Chebyshev points of the part, all with the same kinds of landmarks.
+        Responses at the Chebyshev points of the part; all have the same kinds of landmarks, in the
+        same order.
     """
 
     low: float
@@ -56,7 +58,7 @@ class Heights:
 
     @property
     def finite(self) -> bool:
-        """Whether the reactions are known at all these heights."""
+        """Whether the reactions are known at all heights of the part."""
         return bool(np.isfinite(self._series[1]).all())
 
     @cached_property
@@ -72,11 +74,19 @@ class Heights:
         return np.asarray(chebvander(position, len(self.branches) - 1))
 
     def landmarks(self, eta: FloatArray) -> FloatArray:
-        """Landmarks and x1_init in columns (L), with a row for each of n heights."""
+        """Return the landmarks and x1_init (L) at n heights: a row for each height."""
         return np.asarray(self._row(eta) @ self._series[0])
 
     def reactions(self, x0: FloatArray, eta: FloatArray, order: int = 0) -> FloatArray:
-        """Reactions, or derivatives with respect to x0, at n displacements and heights, (n, 3)."""
+        """Return fx, fy and m, or their derivatives with respect to x0, shape (n, 3).
+
+        Parameters
+        ----------
+        x0, eta : ndarray, shape (n,)
+            Displacement and height of each state (L).
+        order : int
+            Order of the derivative; 0 for the reactions.
+        """
         row = self._row(eta)
         bounds = (row @ self._series[0])[:, :-1]
         stretch = (x0[:, None] >= bounds[:, 1:-1]).sum(axis=1)
@@ -127,7 +137,7 @@ class HeightRange:
 
     @property
     def swings(self) -> bool:
-        """Whether a locked tip is dragged after the end of pushing; see `Response`."""
+        """Whether the tip is dragged behind the clamp after lateral buckling; see `Response`."""
         return all(part.branches[0].swings for part in self.parts)
 
     def part_of(self, eta: ArrayLike) -> IntArray:
@@ -136,7 +146,7 @@ class HeightRange:
         return np.asarray(np.searchsorted(inner, eta, side="right"))
 
     def states(self, eta: ArrayLike) -> "HeightStates":
-        """States at heights, which are clipped to the range."""
+        """Return the rod's states at these heights; heights outside the range are clipped to it."""
         eta = np.clip(eta, self.low, self.high)
         part_of, flat = self.part_of(eta).ravel(), eta.ravel()
         found = np.empty((4, len(flat)))
@@ -151,7 +161,7 @@ class HeightRange:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeightStates(States):
-    """States of a rod, with a height for each displacement, or one height for all.
+    """Sticking states of a rod, with a height for each displacement, or one height for all.
 
     Attributes
     ----------
@@ -202,7 +212,8 @@ class Stage:
     Attributes
     ----------
     rod : Response or HeightRange
-        Response at the height of a level stage, or responses at all heights of an oblique stage.
+        Response of the rod at the one height of a level stage, or its responses at all heights that
+        an oblique stage reaches.
     eta : float
         Height with the clamp at 0 (L).
     angle : float
@@ -222,25 +233,36 @@ class Stage:
         return np.asarray(np.asarray(clamp) * np.cos(self.angle))
 
     def at(self, clamp: ArrayLike) -> Response | HeightStates:
-        """States at the heights of clamp positions."""
+        """Return the rod's states at the height that belongs to each clamp position."""
         rod = self.rod
         return rod if isinstance(rod, Response) else rod.states(self.height(clamp))
 
     def states(
         self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike
     ) -> tuple[Response | HeightStates, FloatArray]:
-        """States and displacements (L) of a tip at `contact`, at clamp positions."""
+        """Return the rod's states, and the displacement x0 of each (L).
+
+        Parameters
+        ----------
+        clamp : array_like
+            Positions of the clamp (L).
+        contact : array_like
+            Position of the tip along the surface (L).
+        side : array_like
+            1 for a tip ahead of the clamp, −1 for a tip behind it.
+        """
         states = self.at(clamp)
         ahead = self.along(clamp) - np.asarray(contact)
         return states, np.asarray(states.x1_init + np.asarray(side) * ahead)
 
 
 def check_range(whisker: Whisker, low: float, high: float) -> None:
-    """Refuse heights too near to the clamp, or to an upright rod.
+    """Check that the surface is not too near to the clamp, and the rod not almost upright.
 
     Raises
     ------
     NoResponseError
+        If the heights from `low` to `high` (L) leave the range from `LOWEST` to `HIGHEST`.
     """
     least, most, lowest, highest = (
         whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high, LOWEST, HIGHEST)
@@ -258,12 +280,12 @@ def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
     Parameters
     ----------
     low, high : float
-        Range of heights around that of the whisker (L).
+        Least and largest height (L); the height of the whisker lies between them.
 
     Raises
     ------
     NoResponseError
-        If the range comes too near to the clamp, or to an upright rod, or the rod has no response
+        If the surface comes too near to the clamp, or the rod is almost upright, or has no response
         at one of the heights.
     """
     check_range(whisker, low, high)
@@ -275,7 +297,7 @@ def respond_over(whisker: Whisker, low: float, high: float) -> HeightRange:
 
 
 def _parts(whisker: Whisker, low: float, high: float) -> list[Heights]:
-    """Interpolate a rod between two heights; bisect the range where the error is too large."""
+    """Interpolate the responses of a rod; halve the range of heights until that is possible."""
     try:
         return [interpolated(whisker, low, high)]
     except NoResponseError as error:
@@ -295,7 +317,8 @@ def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
     Raises
     ------
     NoResponseError
-        If a response is not solved, landmarks differ, or the error is larger.
+        If a response is not solved, the landmarks are not the same at all heights, or the error is
+        larger.
     """
     nodes = low + (high - low) * chebyshev_nodes(NODES)
     # The interpolation is compared with the response at a height between the nodes.
@@ -304,14 +327,17 @@ def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
     *solved, unseen = responses(rods)
     found = Heights(low=low, high=high, branches=tuple(solved))
     if len({(len(one.bounds), one.lock, one.curve.end) for one in solved}) > 1:
-        raise NoResponseError("the kind of contact or the end of the curve changes")
+        raise NoResponseError(
+            "the type of contact (tip or line), or the way in which sticking ends, changes between "
+            "these heights"
+        )
     if not _agrees(HeightRange(parts=(found,)).states(between), unseen, EXACT):
-        raise NoResponseError("the interpolation is not exact")
+        raise NoResponseError("it cannot be interpolated exactly between these heights")
     return found
 
 
 def _agrees(found: States, solved: Response, tolerance: float) -> bool:
-    """Whether an interpolated response agrees with the solved one up to the lock."""
+    """Whether interpolated reactions agree with solved ones at all x0 up to the lock."""
     x = np.linspace(solved.x0_pull, solved.x0_lock, KNOTS)[1:-1]
     error = np.abs(found(found.clip(x)) - solved(x))
     return bool(error.max() <= tolerance * np.abs(solved(x)).max())
