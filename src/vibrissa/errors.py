@@ -56,7 +56,7 @@ class RecordingError(VibrissaError, ValueError):
 
 
 class OtherTableError(RecordingError):
-    """A file that lacks required columns or is no CSV file; perhaps of another program."""
+    """A file that lacks required columns or is no CSV file, such as one of another program."""
 
 
 class UndeterminedError(RecordingError):
@@ -72,4 +72,4 @@ class MixedColumnsError(RecordingError):
 
 
 class NoResponseError(ArgumentError):
-    """A rod whose clamp signals could not be computed, in pushing or in retraction."""
+    """A rod whose clamp signals could not be computed at a height that its stage reaches."""

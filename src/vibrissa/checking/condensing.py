@@ -35,10 +35,11 @@ _CYCLE = {
 
 
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
-    """Condense the tables in a folder of results.
+    """Read the tables in a folder of results, condensed enough to compare them in a diff.
 
-    ``stiction`` has all rows, ``curves`` a row for each rod, ``scans`` a row for each cycle and
-    ``states`` a row for each state; the last two exist only if the study has them.
+    The result holds tables by name. ``stiction`` has all rows of the study, ``curves`` the first of
+    them for each rod, ``scans`` a row for each cycle and ``states`` a row for each state. ``scans``
+    and ``states`` exist only if the study has them.
     """
     found = {
         name: query.opened(path, schemas.TABLES[name])

@@ -17,14 +17,15 @@ SHOWN = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """A deviation from the reference, with a line of text.
+    """A difference between the results and the reference, described by one line of text.
 
     Attributes
     ----------
     column : str
         Column whose values differ; empty if the difference concerns rows or a whole table.
     absolute, relative : float or None
-        Largest changes of the numbers in the column; None if they are not finite.
+        Largest change of a number in the column, and largest change relative to the number; None
+        if no number changed, or if a change is infinite.
     """
 
     table: str
@@ -73,7 +74,7 @@ def compare(
 
 
 def moved(before: pd.Series, after: pd.Series, tolerance: Tolerance) -> BoolArray:
-    """Mark changed texts, except numbers within the tolerance of their reference."""
+    """Mark changed texts; a number may differ from the number before it by the tolerance."""
     was, now = _numbers(before), _numbers(after)
     with np.errstate(invalid="ignore"):  # infinity less infinity
         near = np.abs(now - was) <= tolerance.absolute + tolerance.relative * np.abs(was)
@@ -96,7 +97,7 @@ def _rows(table: str, problem: str, words: str, rows: pd.DataFrame) -> Iterator[
 
 
 def spell_row(row: Mapping[Any, Any]) -> str:
-    """Format the keys of a row that are neither empty nor 0."""
+    """Format the keys of a row as ``theta 2, mu0 0.4``, without empty keys and zeros."""
     return ", ".join(f"{key} {value}" for key, value in row.items() if value not in ("", "0"))
 
 

@@ -27,11 +27,12 @@ KEYS = {
 def proved(
     frames: Mapping[str, pd.DataFrame], reference: Path, layouts: Mapping[str, Layout]
 ) -> pd.DataFrame:
-    """Compare condensed results with their proofs: a row for each number that has a proof.
+    """Compare condensed results with the proved intervals in a reference folder.
 
-    Columns are ``table``, ``quantity`` and the keys of all tables; the ``value``; ``midpoint`` and
-    ``radius`` of the proved interval; ``off``, the distance of the value from the interval; and
-    ``refuted``, whether this distance exceeds the tolerance. Empty without a file of proofs.
+    The result has a row for each number that has a proof, and no rows if there is no file of
+    proofs. Its columns are ``table``, ``quantity`` and the keys that identify the number in its
+    table; the ``value``; ``midpoint`` and ``radius`` of the proved interval; ``off``, the distance
+    of the value from the interval; and ``refuted``, whether this distance exceeds the tolerance.
 
     Raises
     ------

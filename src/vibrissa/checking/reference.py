@@ -33,10 +33,11 @@ class Comparison:
     Attributes
     ----------
     results, reference : Path
-        Folders.
+        Folder of the results, and folder of the reference tables or of the other results.
     rows : int
         Number of rows in the results.
     differences : sequence of Difference
+        Differences from the reference, and columns with numbers that proofs refute.
     proved : DataFrame
         Numbers that have a proof, as `proofs.proved` returns them.
     """
@@ -71,7 +72,7 @@ class Comparison:
         return "\n".join([*lines, "", proofs.verdict(self.proved)]).rstrip() + "\n"
 
     def json(self) -> str:
-        """Return all differences as JSON."""
+        """Return the comparison with all differences as JSON."""
         content = {
             "passed": not self.differences,
             "verdict": self.verdict,

@@ -21,7 +21,7 @@ COMMANDS = {
 
 
 def command_of(name: str) -> Any:
-    """Load a command from its module; reserved words end in an underscore there, as import_."""
+    """Load a command from the module with its name; a keyword has an underscore: ``import_``."""
     own = name + "_" * iskeyword(name)
     return getattr(import_module(f"vibrissa.cli.{own}"), own)
 
@@ -30,11 +30,11 @@ class Commands(TyperGroup):
     """Group of the commands; an error of the user ends with a message and an exit code."""
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Names of the commands."""
+        """Return the names of the commands."""
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, name: str) -> Any:
-        """Return a command for the list, which has a summary and no options."""
+        """Return a command with its summary only, which is all that the list of commands needs."""
         return TyperCommand(name, help=COMMANDS[name]) if name in COMMANDS else None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

@@ -36,12 +36,12 @@ def design(requirements: Requirements, output: Out = None) -> None:
     """Find the rod that measures friction best, and its active constraints.
 
     Chooses taper, height, diameter and length among rods that can be bought, cut and turned. The
-    best rod has the smallest uncertainty of mu0 from one period of sticking, taken at the mu0 of
-    the range where this uncertainty is largest. The rod must not yield, its tip must not lock, a
-    period must have enough steps, and the forces must leave a margin of the transducer's range.
-    Give one value each for `--theta`, `--eta`, `--diameter` and `--length` to check that rod.
-    `-o rod.toml` writes the best rod as a set-up file. If no rod meets all constraints, the rod
-    that violates them least is shown, and the exit code is 1.
+    best rod measures mu0 with the smallest uncertainty in one period of sticking. This uncertainty
+    depends on mu0; its largest value in the range counts. The rod must not yield, its tip must not
+    lock, a period must have enough steps, and the forces must leave a margin of the transducer's
+    range. Give one value each for `--theta`, `--eta`, `--diameter` and `--length` to check that
+    rod. `-o rod.toml` writes the best rod as a set-up file. If no rod meets all constraints, the
+    rod that violates them least is shown, and the exit code is 1.
     """
     found = find_design(requirements)
     typer.echo(str(found))

@@ -53,9 +53,10 @@ def identify(
     """Find the periods of sticking in a measured time series, and the friction of each.
 
     The table has one row for each period: position of the tip, mu0 with its standard deviation and
-    95 % interval, the lines of its samples, and the reason if it is doubtful. Lines with a missing
-    value, a saturated reading or a spike are left out and listed. If a round rod buckles laterally,
-    the lines after that are left out, too. The exit code is 2 after an error in the input.
+    95 % interval, the lines of its samples, and the reason if the period is doubtful. Lines with a
+    missing value, a saturated reading or a spike are left out and listed. If a round rod buckles
+    laterally, the lines after that are left out, too. The exit code is 2 after an error in the
+    input.
     """
     whisker = None if setup.theta is None and setup.eta is None else setup.whisker
     material = material_of(setup)

@@ -28,7 +28,7 @@ SETUP: Panels = {
 
 
 def option(text: str, panel: str | None, *names: str, **more: Any) -> Any:
-    """Make an option with a text and a panel in the help."""
+    """Make an option that the help lists in a panel, with a text."""
     return typer.Option(*names, help=" ".join(text.split()), rich_help_panel=panel, **more)
 
 
@@ -39,10 +39,11 @@ Out = Annotated[Path | None, option(_TABLE, "Output", "--output", "-o")]
 def command(
     panels: Panels, epilog: str, file: str = "--rod", endings: Sequence[str] = ENDINGS
 ) -> Callable[[Callable[..., None]], Any]:
-    """Turn a function into a command, with options in place of the parameter that is a model.
+    """Return a decorator that turns a function into a command.
 
-    This is the only parameter annotated with a class; the class has a method
-    ``read(path, **fields)``. The output path is checked before anything is computed.
+    One parameter of the function must be annotated with a class: a pydantic model with a method
+    ``read(path, **fields)``. The command has options for fields of the model in place of this
+    parameter. It checks the output path before anything is computed.
 
     Parameters
     ----------
@@ -165,7 +166,7 @@ def _check_output(values: Mapping[str, Any], endings: Sequence[str]) -> None:
 
 
 def hand_out(found: Tabular, text: str, output: Path | None) -> None:
-    """Print a text, and write a result as a table if an output is given."""
+    """Print a text, and write a result as a table if an output path is given."""
     if output is not None:
         write(output, found)
     typer.echo(text, err=output == STANDARD)

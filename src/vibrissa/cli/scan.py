@@ -43,8 +43,9 @@ def scan(
 ) -> None:
     """Move the clamp over a surface and write the signals, step by step.
 
-    A sensor would record the columns `footpoint`, `force_x`, `force_y` and `moment_z`. Only a
-    simulation has the others: position of the tip, x0, friction under the tip, period and phase.
+    A sensor would record the columns `footpoint`, `force_x`, `force_y` and `moment_z`. The other
+    columns of the table are known only in a simulation: position of the tip, x0, friction under the
+    tip, period and phase.
     """
     whisker, material = setup.whisker, material_of(setup)
     surface = surfaces.read_surface(

@@ -38,8 +38,8 @@ def warn_of_yield(whisker: Whisker, end: float, material: "Material | None") -> 
     Parameters
     ----------
     end : float
-        Largest displacement x0 of a period (L); on an oblique stage it may lie past the end of the
-        whisker's curve.
+        Largest displacement x0 of a period (L). On an oblique stage it may exceed x0 at the end of
+        the whisker's sticking curve, which then takes its place.
     material : Material or None
         None if the material is unknown.
     """

@@ -44,10 +44,12 @@ class Limit:
     ----------
     name : str
         Name of the bounded quantity. ``strain``: largest strain. ``lock``: μ_lock. ``tip``:
-        diameter of the tip. ``weight``: weight over the least normal force. ``touch``:
-        displacement at which more than the tip touches, over the longest period. A channel:
-        largest reaction. ``steps``: steps in the shortest period. ``slips``: shortest period over
-        the shortest that is detected. ``spacing``: clamp travel in the longest period.
+        diameter of the tip. ``weight``: weight of the rod divided by the least normal force.
+        ``touch``: x0 at which more than the tip begins to touch the surface, divided by the x0 at
+        the end of the longest period. ``force_x``, ``force_y`` or ``moment_z``: largest reading of
+        this channel. ``steps``: number of steps in the shortest period. ``slips``: length of the
+        shortest period, divided by the least length after which a slip is detected. ``spacing``:
+        clamp travel in the longest period.
     value : ndarray
         Value for each rod, in SI units.
     bound : float
@@ -64,7 +66,7 @@ class Limit:
 
     @property
     def use(self) -> FloatArray:
-        """Value over its upper bound, or lower bound over the value; violated above 1."""
+        """Value divided by its upper bound, or lower bound by the value; violated above 1."""
         with np.errstate(divide="ignore"):
             value = np.asarray(self.value)
             return np.asarray(value / self.bound if self.upper else self.bound / value)
@@ -73,7 +75,7 @@ class Limit:
 def limits_of(r: Requirements, pair: Pair, diameter: ArrayLike, length: ArrayLike) -> list[Limit]:
     """List the constraints on the rods of a pair (θ, η) with given diameters and lengths (m).
 
-    Infinite upper bounds and lower bounds of 0 are left out.
+    A constraint whose upper bound is infinite, or whose lower bound is 0, is left out.
     """
     d, along = np.asarray(diameter), np.asarray(length)
     force = np.pi / 64.0 * r.material.modulus * d**4 / along**2  # E·I0/L² (N)
@@ -115,7 +117,7 @@ class TolerancePart(NamedTuple):
     name : str
         Name of the quantity with this tolerance.
     size : float
-        Standard deviation of the quantity, in units of the rod, rad, or relative.
+        Standard deviation of the quantity: in units of the rod, in rad, or relative to its value.
     stated : bool
         Whether the user stated the tolerance; otherwise it is the default.
     halved : float
@@ -198,7 +200,7 @@ class Candidate:
 
     @cached_property
     def by_tolerances(self) -> FloatArray:
-        """Uncertainty due to surface slope, and to set-up errors left by the fit of `identify`."""
+        """Uncertainty due to surface slope, and to set-up errors after the fit by `identify`."""
         effect, covariance = self._errors
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
         return np.sqrt(common + self._of_slope**2)
@@ -219,7 +221,7 @@ class Candidate:
 
     @cached_property
     def tolerances(self) -> dict[str, float]:
-        """Stated and default tolerances by name, in units of the rod, rad, or relative."""
+        """Stated and default tolerances by name: in units of the rod, in rad, or relative."""
         assume = self.requirements.setup.assume
         assumed = assumed_tolerances(self.whisker.units, self._noise) if assume else {}
         return assumed | dict(self.whisker.tolerances)
@@ -270,11 +272,13 @@ class Candidate:
         )
 
     def parts(self) -> list[TolerancePart]:
-        """List how much halving each tolerance lowers the largest uncertainty, largest first.
+        """List by how much halving each tolerance lowers the largest uncertainty, largest first.
 
-        Halving is like one more measurement of the parameters k that have this tolerance, with a
-        third of their variance S. It lowers D·C·Dᵀ by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, where Cₖ are the
-        columns k of C, and Cₖₖ their rows k.
+        C is the covariance of the fitted parameters, and D their effect on μ0
+        (`vibrissa.design.pairs`). Let k be the parameters that have one tolerance, and S their
+        covariance before the fit. Halving the tolerance is like measuring them once more, with
+        covariance S/3. It lowers the variance D·C·Dᵀ of μ0 by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, where Cₖ
+        are the columns of C for k, and Cₖₖ the rows of Cₖ for k.
         """
         if not np.isfinite(self.largest):
             return []

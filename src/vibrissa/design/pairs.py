@@ -46,19 +46,19 @@ PARAMETERS = parameters_of({}, frozenset(), np.ones(3))
 
 
 class Sensitivity(NamedTuple):
-    """Derivatives of readings and friction with respect to u, the last x0, and to q parameters.
+    """Derivatives of readings and friction with respect to what `identify` fits.
 
-    They are taken at k friction coefficients. Readings are at x nodes in each of p periods, in
-    units of the rod.
+    The axes are k friction coefficients, p of the fitted periods, x displacements in a period,
+    3 channels and q parameters of the set-up. All quantities are in units of the rod.
 
     Attributes
     ----------
     contact : ndarray, shape (k, x, 3)
-        Derivatives of the readings with respect to u.
+        Derivatives of the readings with respect to u, the x0 at the end of the period.
     setup : ndarray, shape (k, p, x, 3, q)
         Derivatives of the readings with respect to the parameters.
     friction : ndarray, shape (k, p, q)
-        Derivatives ∂μ/∂p of the friction with respect to the parameters.
+        Derivatives of the friction with respect to the parameters, at constant u.
     """
 
     contact: FloatArray
@@ -96,12 +96,12 @@ class Pair:
 
     @cached_property
     def reactions(self) -> FloatArray:
-        """Clamp reactions fx, fy and m at `PLACES` of the longest period, shape (129, 3)."""
+        """Clamp reactions fx, fy and m at 129 places in the longest period, shape (129, 3)."""
         return self.response(self.longest * PLACES)
 
     @cached_property
     def least_slope(self) -> FloatArray:
-        """Derivatives d/dx0 of fx and fy where the sum of their squares is least, shape (2,)."""
+        """Derivatives d/dx0 of (fx, fy) where the force changes least in the longest period."""
         slopes = self.response.slope(self.longest * PLACES)[:, :2]
         return np.asarray(slopes[np.argmin((slopes**2).sum(axis=1))])
 
@@ -112,7 +112,7 @@ class Pair:
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
-        """Sensitivity of the friction, for periods that end at each onset, or at the lock."""
+        """Sensitivity in k periods, each up to the onset of slip, else to the lock."""
         end = np.where(np.isfinite(self.x0_slip), self.x0_slip, self.response.x0_lock)
         return sensitivity_of(self.response, end, self.contact)
 
@@ -120,7 +120,9 @@ class Pair:
 def survey(
     theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
 ) -> list[Pair]:
-    """Solve pairs (θ, η), with the onset at k increasing friction coefficients; drop failed pairs.
+    """Solve pairs (θ, η), and find the onset of slip for k increasing friction coefficients.
+
+    Pairs that cannot be solved are left out.
 
     Raises
     ------
@@ -151,7 +153,7 @@ def survey(
 
 
 def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sensitivity:
-    """Compute the sensitivity of friction in periods that end at k displacements x0 (L)."""
+    """Compute the sensitivity of readings and friction in k periods that end at x0 = `end` (L)."""
     x0 = end[:, None] * NODES
     y, slope, eta = response(x0), response.slope(x0), response.curve.eta
     moved = dict(zip(STEPS, _moved(response.curve, contact), strict=True))

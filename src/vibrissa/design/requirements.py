@@ -40,7 +40,7 @@ MOST_HEIGHTS = 15
 
 
 def choices_of(text: str, read: Callable[[str], float], sold: Choice = ()) -> Choice:
-    """Read a value, a list, or a range; a range has its ends and the sizes sold between them.
+    """Read a value, a list, or a range, which stands for its ends and the sizes sold in between.
 
     Examples
     --------
@@ -132,8 +132,8 @@ class Requirements(Keyed):
         Parameters
         ----------
         **asked
-            Fields of `Requirements` and of `Setup`; None is the default. Quantities are text with a
-            unit. ``theta``, ``eta``, ``diameter`` and ``length`` are each a value, a list
+            Fields of `Requirements` and of `Setup`; None means the default. Quantities are text
+            with a unit. ``theta``, ``eta``, ``diameter`` and ``length`` are each a value, a list
             (``"0.8 mm, 1 mm"``) or a range (``"20 to 100 mm"``) of sizes to choose from.
 
         Raises

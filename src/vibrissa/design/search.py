@@ -44,7 +44,9 @@ class Design:
     ----------
     status : DesignStatus
     message : str
+        Number of rods that meet all constraints, or the constraints that the best rod violates.
     best : Candidate
+        The best rod; if no rod meets all constraints, the one that violates them least.
     rods : list of Candidate
         All rods that meet the constraints, the best first.
     """
@@ -64,7 +66,10 @@ class Design:
 
     @property
     def active_constraints(self) -> list[str]:
-        """Constraints used to 90 % or more, or violated if no rod meets all; most used first."""
+        """Names of the constraints that limit the best rod, those with the largest use first.
+
+        Their use (`Limit.use`) is 90 % or more; if no rod meets all constraints, above 100 %.
+        """
         least = USED_UP if self.status is DesignStatus.FOUND else 1.0 + ROUNDING
         return [check.name for check in self.best.checks if check.use >= least]
 
@@ -150,8 +155,9 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 def design(requirements: Requirements) -> Design:
     """Find the rod that measures friction best, and its active constraints.
 
-    The best rod has the smallest uncertainty of μ0 from one period of sticking, taken at the μ0 of
-    the range where this uncertainty is largest. It includes noise, step and tolerances.
+    The best rod measures μ0 with the smallest uncertainty in one period of sticking. This
+    uncertainty is due to noise, step and tolerances. It depends on μ0; its largest value in the
+    range counts.
 
     Parameters
     ----------

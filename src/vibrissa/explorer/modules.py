@@ -13,7 +13,9 @@ _NAME = re.compile(r"^(?:async )?(?:const|let|class|function\*?) (\w+)", re.MULT
 
 
 def bundle(*entries: str) -> str:
-    """Join modules and their imports into one script, without imports, exports and comments.
+    """Join JavaScript modules, and all modules that they import, into one script.
+
+    The script has no import, no export and no comment.
 
     Raises
     ------

@@ -30,7 +30,10 @@ RANGES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
-    """A recording drawn beside the computed loads: clamp (L), fx and fy (E·I0/L²), m (E·I0/L)."""
+    """A recording to draw beside the computed loads.
+
+    It has the clamp's position `clamp` (L), fx and fy (E·I0/L²), and m (E·I0/L).
+    """
 
     name: str
     clamp: Sequence[float]

@@ -21,7 +21,7 @@ LOCKS = {"tip contact": ("mu_lock_point", "-"), "line contact": ("mu_lock_line",
     ),
 )
 def models(rows: pd.DataFrame) -> Figure:
-    """Error of x0_slip in tip contact, and μ_lock in both kinds of contact, over θ."""
+    """Error of x0_slip if line contact is neglected, and μ_lock in tip and line contact, over θ."""
     figure = style.page(3.1, style.PAGE)
     errors, locks = figure.subplots(1, 2)
     series = Series(rows, "mu0")

@@ -30,7 +30,7 @@ HEIGHT = r"clamp–surface distance $\eta$"
 
 
 def _over(rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """Add a column ``over``, the mounting axis with several values; return rows and its label."""
+    """Add the mounting parameter that varies as column ``over``; return the rows and its label."""
     varied = max(AXES, key=lambda axis: rows[axis].nunique())
     label, unit = AXES[varied]
     # μ_lock is infinite where the tip lifts off instead of locking: not drawn.
@@ -39,7 +39,7 @@ def _over(rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
 
 @kind("mounting", columns=(*POINT, *AXES, *PANELS))
 def mounting(rows: pd.DataFrame) -> Figure:
-    """μ_lock, onset of slip and loads on the clamp over one axis of the mounting, for each θ."""
+    """μ_lock, onset of slip and loads on the clamp over a mounting parameter, for each θ."""
     rows, label = _over(rows)
     # If all tips lock, there is no onset to draw; if none locks, there is no μ_lock.
     shown = [column for column in PANELS if rows[column].notna().any()]
@@ -68,7 +68,7 @@ def mounting(rows: pd.DataFrame) -> Figure:
 
 @kind("change", columns=(*POINT, *AXES, "mu_lock", "x0_slip"))
 def change(rows: pd.DataFrame) -> Figure:
-    """Change of μ_lock and x0_slip by one deviation of the mounting, in per cent, over θ and η."""
+    """Change of μ_lock and x0_slip (%) due to a deviation of the mounting, over θ and η."""
     rows, _ = _over(rows)
     (deviation,) = set(rows["over"]) - {0.0}
     maps = {}
@@ -80,7 +80,7 @@ def change(rows: pd.DataFrame) -> Figure:
 
 @kind("versus", columns=(*POINT, *AXES, "mu_lock"))
 def versus(rows: pd.DataFrame) -> Figure:
-    """Difference of μ_lock from its value at the smallest θ, over η and one mounting axis."""
+    """Difference of μ_lock from its value at the smallest θ, over η and a mounting parameter."""
     rows, label = _over(rows)
     table = rows.pivot(index="eta", columns=["theta", "over"], values="mu_lock")
     least, *tapers = sorted(set(rows["theta"]))

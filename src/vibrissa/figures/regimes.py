@@ -103,7 +103,7 @@ def _regime_map(panel: Axes, points: pd.DataFrame) -> None:
 
 @kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"))
 def law(rows: pd.DataFrame) -> Figure:
-    """x0_slip over μ0, and its approach to the lock compared with power laws, for each θ."""
+    """x0_slip over μ0, and x0_lock − x0_slip over μ_lock − μ0 beside power laws, for each θ."""
     rows = rows.assign(gap=rows["mu_lock"] - rows["mu0"], far=rows["x0_lock"] - rows["x0_slip"])
     slips = rows[(rows["status"] == "slip") & (rows["gap"] > 0.0) & np.isfinite(rows["gap"])]
     if slips.empty:

@@ -38,15 +38,15 @@ class Series:
         self._colors = list(COLORS) if self.few else graded
 
     def place(self, value: float) -> int:
-        """Return the index of the series of a value."""
+        """Return the index of the series that has this value."""
         return self.values.index(value)
 
     def color(self, value: float) -> str:
-        """Colour of the series of a value."""
+        """Return the colour of the series that has this value."""
         return self._colors[self.place(value)]
 
     def label(self, value: float) -> str | None:
-        """Label of a series in the legend; none if a colourbar shows the values."""
+        """Return the legend's label of a series; None if a colourbar shows the values."""
         return f"${self.symbol} = {value:g}$" if self.few else None
 
     def lines(
@@ -62,7 +62,7 @@ class Series:
             panel.plot(points[x], points[y], **known | look)
 
     def gaps(self, panel: Axes, rows: pd.DataFrame, x: str) -> None:
-        """Mark points without an onset in a strip above a panel, a row for each series."""
+        """Mark points without an onset above a panel, in a strip with one row for each series."""
         rows = rows[rows["status"].isin(WITHOUT_ONSET)]
         if rows.empty:
             return
@@ -78,7 +78,7 @@ class Series:
         strip.margins(y=0.5 / count)
 
     def explain(self, panels: Axes | Sequence[Axes], **look: Any) -> None:
-        """Add a legend to the figure, and a colourbar beside the panels if series are many."""
+        """Add a legend to the figure; for more than six series, a colourbar beside the panels."""
         style.legend((panels if isinstance(panels, Axes) else panels[0]).figure, **look)
         if not self.few:
             self.colorbar(panels)

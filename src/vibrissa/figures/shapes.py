@@ -24,10 +24,11 @@ MOST_LINES = 150
 
 
 def panels(parts: Sequence[pd.DataFrame]) -> tuple[Figure, list[Axes], bool]:
-    """Make a panel with the surface for the shapes of each part, all panels to the same scale.
+    """Make a figure with a panel for each table of shapes, all panels to the same scale.
 
-    Each part has ``shape_x``, ``shape_y`` and ``eta`` (L). Returns the figure, its panels, and
-    whether a legend has room beside them.
+    Each table has the columns ``shape_x``, ``shape_y`` and ``eta`` (L). Its panel has room for the
+    shapes, and shows the surface. Returns the figure, its panels, and whether a legend has room
+    beside them.
     """
     x = [_range(rows["shape_x"]) for rows in parts]
     y = [_range(rows["shape_y"]) for rows in parts]

@@ -107,7 +107,7 @@ def legend(figure: Figure | SubFigure, beside: bool = False, **look: Any) -> Non
 
 
 def mean(panel: Axes, label: str, **look: Any) -> None:
-    """Add an entry without data to the legend."""
+    """Explain a marker or a line in the legend, without drawing it in the panel."""
     panel.plot([], [], label=label, **look)
 
 
