@@ -473,7 +473,7 @@ def friction_from_travel(
     Raises
     ------
     ArgumentError
-        If an argument is out of range, or x0_max is not below x0_lock.
+        If an argument is out of range, the curve has no lock, or x0_max is not below x0_lock.
 
     Examples
     --------
@@ -487,6 +487,8 @@ def friction_from_travel(
             f"x0_max must not be negative and dx0 must be positive, got {x0_max} and {dx0}"
         )
     curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
+    if np.isnan(curve.x0_lock):
+        raise ArgumentError(f"the sticking curve of this rod has no lock: {curve.message}")
     if not float(x0_max) < curve.x0_lock:
         raise ArgumentError(
             f"x0_max must lie below {curve.x0_lock:.6g}, the largest displacement at which the tip "
