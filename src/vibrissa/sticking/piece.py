@@ -38,8 +38,9 @@ CONTACT_SLACK = 1e-9
 class StickingState(ContactState):
     """Sticking equilibria: one state, or arrays of states.
 
-    The margins of stability are interpolated, mostly to 1e-5, and to 5e-3 where two eigenvalues
-    meet. `vibrissa.solve_state` computes exact margins of one state.
+    The margins of stability are interpolated along the path. Their error is mostly below 1e-5, and
+    below 5e-3 where two eigenvalues meet. `vibrissa.solve_state` computes exact margins of one
+    state.
 
     Attributes
     ----------
@@ -55,7 +56,7 @@ DISPLACEMENT = {"x0": 1.0}
 
 
 def rounded_contact(s_c: FloatArray) -> FloatArray:
-    """Set s_c of line contact to 1 where rounding errors have made it larger."""
+    """Set s_c (line contact) to 1 where it exceeds 1 by no more than a rounding error."""
     return np.where(s_c > 1.0 + CONTACT_SLACK, s_c, np.minimum(s_c, 1.0))
 
 
@@ -63,18 +64,22 @@ def rounded_contact(s_c: FloatArray) -> FloatArray:
 class Pieces(Batch):
     """Smooth pieces of one or several curves, each with one kind of contact.
 
-    In methods `index`, ndarray of int, shape (n,), gives the piece for each parameter or level.
+    Along each piece one continuation parameter grows. The methods take an array `index` of int,
+    shape (n,): the piece to which each of n parameter values, displacements or levels belongs.
 
     Attributes
     ----------
-    line, by_x0 : ndarray of bool, shape (pieces,)
-        Whether the states are in line contact, and whether x0 is the continuation parameter. Where
-        the force changes fast or x0 turns back, the parameter is that of equation E3c instead
-        (`vibrissa.mechanics.equations`).
+    line : ndarray of bool, shape (pieces,)
+        Whether all states of a piece are in line contact; otherwise all are in point contact.
+    by_x0 : ndarray of bool, shape (pieces,)
+        Whether the parameter of a piece is x0. Where the force changes fast or x0 turns back, the
+        parameter is a weighted sum of offset, force and s_c instead (equation E3c of
+        `vibrissa.mechanics.equations`).
     start, stop : ndarray, shape (pieces,)
-        First and last values of the continuation parameters (x0 in L).
+        First and last value of each parameter (in L if it is x0).
     states : StickingState, columns of shape (pieces, STATES)
-        States at Chebyshev points of the parameters; x0 increases.
+        States at the Chebyshev points between `start` and `stop`. A piece is directed towards
+        larger x0.
     """
 
     line: BoolArray
@@ -121,7 +126,7 @@ class Pieces(Batch):
         return StickingState.from_matrix(np.moveaxis(sampled, 1, -1))
 
     def at(self, index: IntArray, t: FloatArray) -> StickingState:
-        """States at values `t` of the parameters."""
+        """Interpolate states at the parameter values `t`."""
         (columns,) = self._values(index, t, StickingState.names(), (0,))
         states = StickingState.from_matrix(columns.T)
         line = self.line[index]
@@ -136,14 +141,14 @@ class Pieces(Batch):
         )
 
     def displacements(self, index: IntArray, t: FloatArray) -> FloatArray:
-        """Displacements at values `t` of the parameters; NaN where `t` is NaN."""
+        """Displacements x0 (L) at the parameter values `t`; NaN where `t` is NaN."""
         x0, sought = t.copy(), np.flatnonzero(~self.by_x0[index] & np.isfinite(t))
         if len(sought):
             x0[sought] = self.at(index[sought], t[sought]).x0
         return x0
 
     def places_of(self, index: IntArray, x0: FloatArray) -> FloatArray:
-        """Values of the parameters at displacements `x0` (L)."""
+        """Parameter values at the displacements `x0` (L)."""
         sought = np.flatnonzero(~self.by_x0[index])
         if not len(sought):
             return x0
@@ -155,19 +160,22 @@ class Pieces(Batch):
 
     @cached_property
     def sample_places(self) -> FloatArray:
-        """Equally spaced values of the parameters, both ends included, shape (pieces, SAMPLES)."""
+        """Equally spaced parameter values from `start` to `stop`, shape (pieces, SAMPLES)."""
         return np.linspace(self.start, self.stop, SAMPLES, axis=1)
 
     @cached_property
     def samples(self) -> StickingState:
-        """States at `sample_places`, accurate enough to bracket crossings; exact at the ends."""
+        """States at `sample_places`.
+
+        Those at the ends are exact, the others accurate enough to bracket a root.
+        """
         samples, ends = self._sampled(0), [0, -1]
         for name, values in samples.columns.items():
             values[:, ends] = getattr(self.states, name)[:, ends]
         return samples
 
     def up_to(self, stop: FloatArray) -> Self:
-        """Cut each piece off at a value of its parameter."""
+        """Cut each piece off at the value `stop` of its parameter."""
         places = self.start[:, None] + (stop - self.start)[:, None] * chebyshev_nodes(STATES)
         states = self.at(np.repeat(np.arange(len(self)), STATES), places.ravel())
         return replace(self, stop=stop, states=states.each(lambda v: v.reshape(places.shape)))
@@ -184,27 +192,29 @@ class Pieces(Batch):
     ) -> FloatArray:
         """Find where a quantity first reaches a level.
 
-        Samples of the quantity bracket the place. It then solves weights·columns = value exactly.
+        The samples of the quantity bracket the parameter value at which it reaches the level. A
+        weighted sum of columns of the states has a known value there. This equation,
+        weights·columns = value, is solved to rounding error.
 
         Parameters
         ----------
         sampled : ndarray, shape (pieces, samples)
-            The quantity at `places`; it need not increase.
+            Samples of the quantity at `places`; they need not increase.
         levels : ndarray, shape (n,)
-            Level for each index.
+            Level of the quantity, for each index.
         weights : mapping
-            Weights of columns by their names.
+            Weights in the sum, by names of the columns.
         value : ndarray, shape (n,), or float
-            Value of the weighted sum.
+            Value of the weighted sum where the quantity reaches its level.
         places : ndarray, shape (pieces, samples), optional
-            Increasing values of the parameters, by default `sample_places`.
+            Parameter values of the samples, in increasing order; by default `sample_places`.
         derivative : int
-            Order of the derivative of the columns in the weighted sum.
+            0 to sum the columns, 1 to sum their derivatives with respect to the parameter.
 
         Returns
         -------
         ndarray, shape (n,)
-            Values of the parameters; NaN if no sample reaches the level.
+            Parameter values at which the levels are first reached; NaN if no sample reaches them.
         """
         if not len(index):
             return np.empty(0)
@@ -235,7 +245,7 @@ class Pieces(Batch):
         return found
 
     def largest_friction(self) -> FloatArray:
-        """Parameter value of each piece at which −tan α is largest while fx ≤ 0."""
+        """Parameter value at which −tan α is largest on each piece, among states with fx ≤ 0."""
         # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
         ahead = self.samples.reaction_fx <= 0.0
         top = np.where(ahead, self.samples.mobilised_friction, -np.inf).argmax(axis=1)
@@ -254,7 +264,7 @@ class Pieces(Batch):
         return found
 
     def turning_points(self) -> FloatArray:
-        """Values of the parameters at which x0 is largest; NaN if it always increases."""
+        """Parameter values at which x0 has a maximum; NaN on pieces where x0 only increases."""
         turns, index = np.full(len(self), np.nan), np.flatnonzero(~self.by_x0)
         if len(index):
             slopes, none = self._sampled(1).x0, np.zeros(len(index))

@@ -21,13 +21,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CurveArray:
-    """Sticking curves; in methods `index`, shape (m,), gives the curve of each x0 or μ0."""
+    """Sticking curves that are evaluated together.
+
+    The methods take an array `index` of int, shape (m,): the curve to which each of m
+    displacements x0 (L) or friction coefficients μ0 belongs.
+    """
 
     curves: tuple["StickingCurve", ...]
 
     @cached_property
     def pieces(self) -> Pieces:
-        """Pieces of all curves, in the order of the curves and of x0."""
+        """Pieces of all curves, one curve after the other; those of a curve in the order of x0."""
         return Pieces.concatenate([p for c in self.curves for p in (c.retraction, c.pieces)])
 
     @cached_property
@@ -42,32 +46,32 @@ class CurveArray:
 
     @cached_property
     def pushed(self) -> IntArray:
-        """Index of each curve's first piece on which the clamp pushes."""
+        """Index of each curve's first piece on which the clamp pushes (x0 ≥ 0)."""
         return self.stop - np.array([len(curve.pieces) for curve in self.curves], dtype=np.int64)
 
     @cached_property
     def x0_lock(self) -> FloatArray:
-        """Displacements at the lock (L)."""
+        """Displacement at which each curve has its largest −tan α, the lock (L); NaN if none."""
         return np.array([curve.x0_lock for curve in self.curves])
 
     @cached_property
     def mu_lock(self) -> FloatArray:
-        """Critical friction μ_lock of each curve."""
+        """Critical friction coefficient μ_lock of each curve; NaN without a lock."""
         return np.array([curve.mu_lock for curve in self.curves])
 
     @cached_property
     def has_states(self) -> BoolArray:
-        """Whether the curves have states where the clamp pushes."""
+        """Whether each curve has states with x0 ≥ 0, where the clamp pushes."""
         return self.pushed < self.stop
 
     @cached_property
     def locks(self) -> BoolArray:
-        """Whether the tips lock at large enough friction."""
+        """Whether each curve has a lock: its tip does not slip forward if μ0 > μ_lock."""
         return np.array([curve.status is Status.SOLVED for curve in self.curves], dtype=bool)
 
     @cached_property
     def x0_end(self) -> FloatArray:
-        """Last displacements of the curves (L); NaN without states."""
+        """Last displacement of each curve (L); NaN for a curve without states."""
         last = np.where(self.has_states, self.stop - 1, -1)
         return np.append(self.pieces.last_x0, np.nan)[last]
 
@@ -80,7 +84,7 @@ class CurveArray:
         return place
 
     def contact(self, index: IntArray, x0: FloatArray) -> list[str]:
-        """Kind of contact at displacements; empty where x0 is NaN."""
+        """Kind of contact at the displacements `x0`; an empty text where `x0` is NaN."""
         known = np.flatnonzero(np.isfinite(x0))
         kinds = np.full(len(x0), "", dtype=object)
         line = self.pieces.line[self._piece_of(index[known], x0[known])]
@@ -88,7 +92,7 @@ class CurveArray:
         return list(kinds.tolist())
 
     def states(self, index: IntArray, x0: FloatArray) -> StickingState:
-        """States at displacements; NaN where x0 is NaN."""
+        """States at the displacements `x0`; NaN where `x0` is NaN."""
         known = np.flatnonzero(np.isfinite(x0))
         if len(known) < len(x0):
             states = StickingState.unknown(len(x0))
@@ -119,7 +123,11 @@ class CurveArray:
             place = place + 1
 
     def outcomes(self, index: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
-        """Exact onsets of slip (L) and statuses, also of curves without states."""
+        """Exact onset of slip (L) and status for each μ0; some curves may have no states.
+
+        Where the tip does not slip, the onset is NaN. The status is then ``lock``, or the curve's
+        own status if the curve has no lock.
+        """
         x0_slip = self.onset(index, mu0)
         otherwise = np.array([curve.status for curve in self.curves], dtype=object)
         otherwise[self.locks] = Status.LOCK
@@ -129,7 +137,7 @@ class CurveArray:
 
     @cached_property
     def _demand_up_to_the_lock(self) -> tuple[FloatArray, FloatArray]:
-        """Samples of −tan α and their places; the first sample past a lock is moved to the lock."""
+        """Samples of −tan α, and their parameter values; the first one past a lock is set there."""
         pieces = self.pieces
         count = self.stop - self.begin
         x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)
@@ -141,7 +149,10 @@ class CurveArray:
         return demand, places
 
     def motion_end(self, index: IntArray, mu0: FloatArray) -> tuple[list[End], StickingState]:
-        """How and where sticking ends after the lock, for μ0 above μ_lock."""
+        """How sticking ends after the lock, and in which state, for each μ0 above μ_lock.
+
+        The state is NaN where the end is ``not_followed``.
+        """
         states = StickingState.unknown(len(mu0))
         ends = np.array([curve.end for curve in self.curves], dtype=object)[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
@@ -166,7 +177,7 @@ class CurveArray:
         return np.where(samples.x0 >= x0_lock[:, None], samples.alpha, -np.pi)
 
     def trailing_end(self, index: IntArray, mu0: FloatArray) -> StickingState:
-        """Last sticking states of rods that trail behind their clamps; NaN for other rods."""
+        """Last sticking states of rods that trail behind after lateral buckling; else NaN."""
         states = StickingState.unknown(len(mu0))
         swings = np.array([curve.end is End.SWINGS_ASIDE for curve in self.curves], dtype=bool)
         # The trailing rod first passes the piece of the retraction next to α = 0.
@@ -186,7 +197,11 @@ class CurveArray:
 
 
 def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState:
-    """Mirror states to those of the rod that trails behind after it has buckled at `x0_end`."""
+    """Mirror images of states: the states of a rod that trails behind its clamp.
+
+    The rod has buckled laterally at the displacement `x0_end` (L). The mirror image of the state at
+    x0 has the displacement 2·x0_end − x0.
+    """
     return replace(
         states,
         x0=2.0 * x0_end - states.x0,

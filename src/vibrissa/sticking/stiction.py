@@ -24,11 +24,11 @@ class Stiction:
     Attributes
     ----------
     status : list of Status
-        ``slip``; without an onset ``lock``, or the curve's status if the curve has no lock.
+        ``slip`` if the tip slips, ``lock`` if it locks; otherwise the status of the curve.
     x0_slip : ndarray, shape (n,)
         Exact onset of slip (L); NaN unless the tip slips.
     n_steps : ndarray of float, shape (n,)
-        Steps to the last sticking state; NaN unless the tip slips.
+        Number of steps Δx0 to the last sticking state; NaN unless the tip slips.
     x0_max : ndarray, shape (n,)
         Displacement of the last sticking state on the step grid, n_steps·Δx0 (L).
     penetrates : ndarray of bool, shape (n,)
@@ -41,10 +41,10 @@ class Stiction:
     end : list of str
         How sticking ends after the lock (`vibrissa.outcomes.End`); empty unless the tip locks.
     ended : StickingState
-        State in which sticking ends after the lock; NaN unless the tip locks and the curve was
-        followed to its end.
+        State in which sticking ends after the lock; NaN if `end` is empty or ``not_followed``.
     trail : StickingState
-        Last sticking state of a rod that has buckled laterally; NaN for other rods.
+        Last sticking state of a rod that has buckled laterally and trails behind its clamp; NaN for
+        other rods, and where the curve's retraction ends before this state.
     """
 
     status: list[Status]
@@ -73,8 +73,9 @@ def read_curves(
 ) -> Stiction:
     """Find periods of sticking on curves.
 
-    Each curve has an array of μ0 and a sequence, as long, of exact Δx0 (L). No period depends on
-    other periods, not even by rounding.
+    `mu0` has an array of friction coefficients for each curve, and `dx0` an equally long sequence
+    of exact steps Δx0 (L): each pair of μ0 and Δx0 gives one period. No period depends on others,
+    not even by rounding.
     """
     together = CurveArray(curves=tuple(curves))
     of = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])
@@ -118,7 +119,7 @@ def read_curves(
 
 
 def _last_steps(x0_slip: FloatArray, dx0: Sequence[Decimal]) -> tuple[FloatArray, FloatArray]:
-    """Count the steps to each onset, and locate the last one (L); NaN without an onset."""
+    """Count the steps to each onset, and find x0 of the last step (L); NaN without an onset."""
     n_steps, x0_max = np.full((2, len(x0_slip)), np.nan)
     slips = np.isfinite(x0_slip)
     numbers: dict[Decimal, int] = {}

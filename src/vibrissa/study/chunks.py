@@ -39,12 +39,12 @@ class Chunk:
         return f"{self.grid}/{'_'.join(axis + value for axis, value in first.items())}"
 
     def part(self, solver: Mapping[str, str]) -> str:
-        """Return all inputs of the chunk's rows, as text for the metadata of its file."""
+        """Return the inputs that determine the chunk's rows, as text for its file's metadata."""
         lines = {"grid": self.grid, **self.axes, **solver}
         return "".join(f"{key}: {value}\n" for key, value in lines.items())
 
     def minutes(self, by_step: bool) -> int:
-        """Return the minutes to request from a cluster; `by_step`: each Δx0 is solved by itself."""
+        """Return the minutes to request from a cluster; `by_step`: one solution for each Δx0."""
         rods = number_of_rods(self.axes)
         points = rods * len(self.axes["mu0"]) * len(self.axes["dx0"])
         seconds = ROD_BY_STEP * rods * len(self.axes["dx0"]) if by_step else ROD * rods
@@ -52,7 +52,7 @@ class Chunk:
 
 
 def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -> Iterator[Chunk]:
-    """Cut a grid into chunks of at most `sizes` values; axes without a size are not cut."""
+    """Cut a grid into chunks of at most `sizes` values of each axis, by default all values."""
     pieces = [
         [values[i : i + size] for i in range(0, len(values), size)]
         for axis, values in axes.items()
@@ -78,10 +78,10 @@ def number_of_points(axes: Mapping[str, Values]) -> int:
 
 
 def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
-    """Return the columns of the axes; `rows` are row numbers of a chunk in the order `ROW_ORDER`.
+    """Return the columns of the axes for some rows of a chunk.
 
-    The constant of a polynomial curvature is in the column ``curvature``, the other coefficients
-    are in ``curvature_powers``.
+    `rows` are their numbers; rows are ordered by the axes `ROW_ORDER`. The constant of a polynomial
+    curvature is in the column ``curvature``, the other coefficients are in ``curvature_powers``.
     """
     shape = [len(axes[axis]) for axis in ROW_ORDER]
     places = dict(zip(ROW_ORDER, np.unravel_index(rows, shape), strict=True))

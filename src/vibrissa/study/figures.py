@@ -35,12 +35,12 @@ class FigureKind:
     shows : str
         What the figure shows, as the start of a caption.
     source : str
-        Data of the figure: a key of `TABLES`; empty if any data are allowed.
+        Kind of the figure's data: a key of `TABLES`; empty if all kinds are allowed.
     single : tuple of str
         Axes of which a figure shows one value; the axes of the mounting are always single. The key
         of such an axis may be omitted if the data have one value.
     required : str
-        A further key that must be given.
+        A further key that must be given; empty if there is none.
     """
 
     shows: str
@@ -87,7 +87,7 @@ _Limits: TypeAlias = tuple[FiniteFloat, FiniteFloat]
 
 
 class AxesKeys(Section):
-    """Limits and scales of the axes of the first panel and of panels that share them."""
+    """Limits and scales of the axes x and y, in the first panel and in panels that share them."""
 
     x: _Limits | None = Field(default=None, description="limits, as in [1, 3]")
     y: _Limits | None = Field(default=None, description="limits")

@@ -40,7 +40,7 @@ class _Points(Section):
 
 
 class ComparisonSection(_Points):
-    """Points that are solved in both kinds of contact: all combinations of three axes."""
+    """Points that are solved in both kinds of contact: all combinations of theta, mu0 and eta."""
 
 
 class GridSection(_Points):

@@ -61,7 +61,7 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
 
 
 def name_in(path: Path) -> str:
-    """Return the name of the study in a file; empty if there is none or it is no study file."""
+    """Return the study's name from a file; empty if the file has no name or is no study file."""
     try:
         return str(_loaded(path, _text(path)).get("study", ""))
     except StudyError:

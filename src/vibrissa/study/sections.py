@@ -23,7 +23,7 @@ class Mistakes(list[Mistake]):
     """Mistakes in a part of a study file, which are reported together."""
 
     def add(self, text: str, *place: str | int) -> None:
-        """Add a mistake; its place is relative to this part."""
+        """Add a mistake; `place` is its place relative to this part of the file."""
         self.append((place, text))
 
     def refuse(self) -> None:

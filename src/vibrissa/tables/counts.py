@@ -43,12 +43,12 @@ def sentence(counts: Mapping[str, Counter[str]]) -> str:
 
 
 def need_results(counts: Mapping[str, Counter[str]]) -> None:
-    """Refuse tables with rows that failed.
+    """Refuse results with the status ``failed``.
 
     Raises
     ------
     TableError
-        If rows failed; the message has their number by table.
+        If there are such results; the message counts them for each table.
     """
     failed = {name: total[Status.FAILED] for name, total in counts.items() if total[Status.FAILED]}
     if failed:

@@ -27,7 +27,7 @@ def solved_points(
     contact: Contact,
     section: RodSection,
 ) -> Iterator[pa.Table]:
-    """Solve the rods of a chunk, some at a time, and read the grid points off their paths.
+    """Solve the rods of a chunk, some rods at a time, and read the grid points off their paths.
 
     Yields tables of the schema `STICTION`, with rows in the order `ROW_ORDER`.
     """

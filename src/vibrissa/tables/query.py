@@ -59,7 +59,7 @@ def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
 def parts(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> Iterator[pa.Table]:
-    """Yield the rows of a table in parts; of a file, only a few parts are in memory."""
+    """Yield the selected rows of a table in parts; of a file, few are in memory at a time."""
     if isinstance(table, pa.Table):
         yield rows(table, columns, where)
         return
@@ -70,7 +70,7 @@ def parts(
 
 
 def rows(table: Readable, columns: Sequence[str], where: pc.Expression | None = None) -> pa.Table:
-    """Return the rows as one table; see `parts`."""
+    """Return the selected rows as one table."""
     if isinstance(table, pa.Table):
         return (table if where is None else table.filter(where)).select(list(columns))
     (path,) = table.files
@@ -81,7 +81,7 @@ def rows(table: Readable, columns: Sequence[str], where: pc.Expression | None = 
 def frame(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> pd.DataFrame:
-    """Return the rows as a DataFrame; see `parts`."""
+    """Return the selected rows as a DataFrame."""
     return rows(table, columns, where).to_pandas()
 
 

@@ -40,7 +40,7 @@ def table_of(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
 
 
 def state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
-    """Return the columns `STATE` of states, with `suffix` appended to their names."""
+    """Return the values of states for the columns `STATE`, whose names get the `suffix`."""
     return {f"{column.name}{suffix}": getattr(state, column.name) for column in STATE}
 
 

@@ -47,7 +47,17 @@ LOST = (
 
 
 class Beginning(NamedTuple):
-    """First states of branches for the rods `rows`; `missing` maps others to status and message."""
+    """The α = 0 states in which branches begin.
+
+    Attributes
+    ----------
+    branches, states : Branches, RodStates
+        Branches of the rods that have an α = 0 state, and these states.
+    rows : ndarray of int
+        Indices of these rods among all rods.
+    missing : dict
+        Status and message of each rod without an α = 0 state, by its index.
+    """
 
     branches: Branches
     states: RodStates
@@ -58,7 +68,7 @@ class Beginning(NamedTuple):
 def begin(
     rods: FloatArray, eta: FloatArray, stage_angle: FloatArray, nodes: int, model: Contact
 ) -> Beginning:
-    """Solve the α = 0 states in which branches begin; `stage_angle` is in rad."""
+    """Solve the α = 0 states in which the branches of rods begin; `stage_angle` is δ (rad)."""
     ideal, found = _ideal_states(rods[:, 0], eta, nodes, model)
     missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
     states = replace(ideal, rods=np.pad(ideal.rods, [(0, 0), (0, rods.shape[1] - 3)])).copy()
@@ -169,7 +179,7 @@ def _homotopy(
 
 
 def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
-    """Whether states are on the branch of their guesses."""
+    """Whether states are so close to their guesses that they are on the same branch."""
     bend = np.ptp(states.phi, axis=1)
     return np.asarray(np.abs(states.phi - guess.phi).max(axis=1) < NEAR * bend)
 
@@ -177,7 +187,11 @@ def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
 def with_active_contact(
     guess: RodStates, closing: ClosingCondition, model: Contact
 ) -> tuple[RodStates, BoolArray]:
-    """Solve states with the guess's kind of contact or else the other; NaN if both fail."""
+    """Solve states with the kind of contact that is possible.
+
+    The kind of the guess is tried first, and in the model LINE then the other one. Returns the
+    states, and whether each was found; a state that was not found is NaN.
+    """
     states, found = solve(guess, closing, tolerance=TOLERANCE)
     if model is Contact.LINE:
         # A retracted rod that has peeled off up to its tip has no state in line contact.

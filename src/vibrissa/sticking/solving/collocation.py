@@ -68,26 +68,27 @@ def solve_curves(
     section: RodSection = RodSection.ROUND,
     retract: bool = False,
 ) -> list[StickingCurve]:
-    """Solve equilibrium paths for pairs of taper and height (L).
+    """Solve the equilibrium paths of rods with the taper factors `theta` and the heights `eta` (L).
 
     Parameters
     ----------
     model : Contact
         POINT: only the tip touches; LINE: the rod may also lie on the surface.
     mountings : sequence of Mounting, length n, optional
-        By default all are ideal.
+        Mounting of each rod; by default all mountings are ideal.
     section : RodSection
-        ROUND: paths end where the rods buckle laterally, and have a retraction if the mounting is
-        ideal; PLANAR: paths end where x0 turns back.
+        ROUND: a path ends where the rod buckles laterally. PLANAR: it ends where x0 turns back.
     retract : bool
-        Whether to solve a retraction of every path until the normal force vanishes, or as far as it
-        can be resolved.
+        Whether to solve for every rod the retraction, in which the clamp is pulled back (x0 < 0),
+        until the normal force vanishes, or as far as it can be resolved. Otherwise only round rods
+        in the ideal mounting have a retraction, up to tan α = 3.
 
     Returns
     -------
     list of StickingCurve
-        Curves in the order of the rods. Their status is ``failed`` if no solution was resolved, and
-        ``out_of_reach`` if no first state exists or the shape becomes inadmissible.
+        Curves in the order of the rods. Their status is ``failed`` if a path was not resolved up to
+        its lock, and ``out_of_reach`` if no α = 0 state exists or if the shape becomes inadmissible
+        before the lock.
     """
     theta, eta = np.asarray(theta, dtype=float), np.asarray(eta, dtype=float)
     mounted = [IDEAL] * len(theta) if mountings is None else list(mountings)
@@ -209,7 +210,7 @@ def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished)
 
 
 def _ended(side: FloatArray, section: RodSection, ideal: bool, most: float) -> Ended:
-    """Return the condition at which paths end; they end as well where x0 turns back."""
+    """Return the function that tells where paths end; `follow` also ends them where x0 turns."""
 
     def ended(branches: Branches, knots: Knots) -> BoolArray:
         states = knots.states
@@ -226,13 +227,13 @@ def _ended(side: FloatArray, section: RodSection, ideal: bool, most: float) -> E
 
 
 def has_buckled(states: RodStates) -> BoolArray:
-    """Whether round rods would have buckled laterally before these states in the plane."""
+    """Whether round rods have certainly buckled laterally before they reach these plane states."""
     nodes = min(states.nodes, NODES_ASIDE)
     return np.asarray(stability_aside(states.on_nodes(nodes)) < PAST_BUCKLING)
 
 
 def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most: float) -> Knots:
-    """Move the ends of retracted paths to tan α = `most`."""
+    """Move the ends of paths in retraction that pass tan α = `most` to this value."""
     knots = followed.knots
     excess = knots.states.fx / most + knots.states.fy
     last = np.flatnonzero(followed.last & (side[knots.branch] < 0.0) & (excess > 0.0))

@@ -1,6 +1,7 @@
 """Cutting of paths into smooth parts, each with one continuation parameter that grows along it.
 
-The parameter is the displacement where it grows steadily, otherwise the parameter of E3c.
+The parameter is the displacement where this grows steadily. Elsewhere it is the component of the
+path coordinates along a fixed direction (equation E3c).
 """
 
 from collections.abc import Iterator
@@ -43,7 +44,11 @@ NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
 
 
 class Section(NamedTuple):
-    """Knots at the ends of a smooth part, and the direction in which its parameter grows."""
+    """A smooth part of a path, from the knot `first` to the knot `last`.
+
+    Its parameter grows along the unit vector `direction` in path coordinates, shape (4,). `by_x0`
+    tells whether the parameter is the displacement.
+    """
 
     first: int
     last: int
@@ -53,16 +58,22 @@ class Section(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Parts(Batch):
-    """Smooth parts of paths, to be resolved.
+    """Smooth parts of paths, each with one continuation parameter; their states are not yet solved.
 
     Attributes
     ----------
     first, last : ndarray of int, shape (n,)
-        Knots at both ends.
+        Indices of the knots (`Followed.knots`) at both ends of each part.
+    branch : ndarray of int, shape (n,)
+        Index of the branch to which each part belongs.
+    by_x0 : ndarray of bool, shape (n,)
+        Whether the parameter is the displacement, as |x0|; otherwise it is that of E3c.
+    line : ndarray of bool, shape (n,)
+        Whether the states are in line contact.
     start, length : ndarray, shape (n,)
-        First value of the parameter, and its increase along the part (x0 in L).
+        First value of the parameter, and its increase along the part (in L if it is |x0|).
     closing : ClosingCondition
-        E2, and E3 for the parameter value 0.
+        Equations E2 (height of the contact point) and E3 (parameter) for the parameter value 0.
     """
 
     first: IntArray
@@ -76,7 +87,7 @@ class Parts(Batch):
     closing: ClosingCondition
 
     def closing_at(self, position: FloatArray) -> ClosingCondition:
-        """Conditions at fractions of the parts, one part after the other."""
+        """Conditions E2 and E3 at fractions `position` of each part, one part after the other."""
         closing = self.closing.take(np.repeat(np.arange(len(self)), len(position)))
         closing.value[:] += (self.start[:, None] + self.length[:, None] * position).ravel()
         return closing
@@ -120,14 +131,18 @@ def _straight(along: FloatArray, low: int, high: int) -> Iterator[tuple[int, int
 
 
 def residual_tolerance(nodes: int) -> float:
-    """Residual up to which a state on so many nodes counts as solved."""
+    """Residual below which a state on `nodes` nodes along the rod counts as solved."""
     return RESIDUAL_TOLERANCE if nodes <= MANY_NODES else ROUNDED_TOLERANCE
 
 
 def resolved_states(
     guess: RodStates, closing: ClosingCondition
 ) -> Iterator[tuple[IntArray, RodStates, FloatArray]]:
-    """Solve states on as many nodes as each needs; yields rows, states and largest residuals."""
+    """Solve states, each on as many nodes along the rod as it needs.
+
+    Yields, for each number of nodes, the rows of `guess` that were resolved on it, their states and
+    the largest residual of each state.
+    """
     rows = np.arange(len(guess))
     for nodes in NODES_ALONG_ROD:
         if not len(rows):
@@ -142,7 +157,7 @@ def resolved_states(
 
 
 def exact_ends(guess: RodStates, closing: ClosingCondition) -> FloatArray:
-    """Solve states exactly: offset, fx, fy and s_c, shape (n, 4); NaN where not resolved."""
+    """Solve states and return their offset, fx, fy and s_c, shape (n, 4); NaN if not resolved."""
     found = np.full((len(guess), 4), np.nan)
     for rows, states, _ in resolved_states(guess, closing):
         found[rows] = end_quantities(states)
@@ -150,9 +165,9 @@ def exact_ends(guess: RodStates, closing: ClosingCondition) -> FloatArray:
 
 
 def cut(branches: Branches, followed: Followed, side: FloatArray) -> Parts:
-    """Cut paths into smooth parts, whose length is NaN where an end is not resolved.
+    """Cut paths into smooth parts; a part has the length NaN if one of its ends is not resolved.
 
-    The `x1_init` of the branches must be exact.
+    The `x1_init` of the branches must be exact. `side` is explained in `follow`.
     """
     knots, sections = followed.knots, _sections(followed, side)
     first, last = (np.array([s[i] for s in sections], dtype=np.int64) for i in (0, 1))
@@ -207,7 +222,10 @@ def _exact_knots(
 
 
 def guessed(parts: Parts, branches: Branches, knots: Knots, count: int) -> FloatArray:
-    """Guess unknowns at Chebyshev points of parts, shape (n, count, nodes + 3)."""
+    """Guess the states at `count` Chebyshev points of each part, by interpolation between knots.
+
+    Returns their unknowns, shape (parts, count, nodes + 3).
+    """
     guess = np.empty((len(parts), count, knots.states.unknowns.shape[1]))
     quantities, units = end_quantities(knots.states), branches.units[knots.branch]
     target = parts.start[:, None] + chebyshev_nodes(count) * parts.length[:, None]

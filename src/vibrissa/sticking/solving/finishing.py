@@ -40,7 +40,19 @@ BUCKLING_WIDTHS = (1e-4, 1e-7)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Finished(Batch):
-    """Resolved parts or halves of parts, with the first knot of the part and limits of shapes."""
+    """Resolved parts as pieces of curves. Of a part that was halved, each half is a piece.
+
+    Attributes
+    ----------
+    knot : ndarray of int, shape (n,)
+        Index of the knot at which the part begins, which is the same for all its pieces.
+    pieces : Pieces
+        States, with their margins of stability.
+    limits : ShapeLimits
+        Where a curve may end on each piece because of the rod's shape.
+    residual : ndarray, shape (n,)
+        Largest residual between the states of each piece.
+    """
 
     knot: IntArray
     pieces: Pieces
@@ -59,7 +71,11 @@ NOTHING = Finished(
 def finished(
     found: Resolved, branches: Branches, side: FloatArray, *, round_rods: bool, ideal: bool
 ) -> Finished:
-    """Add margins of stability and limits of admissible shapes to resolved parts."""
+    """Make pieces of resolved parts: add margins of stability and limits of admissible shapes.
+
+    `side` is explained in `follow`. `ideal` tells whether all mountings are ideal; lateral buckling
+    of round rods is located here in other mountings only.
+    """
     parts = found.path.parts
     pieces = _pieces(found, branches, side, round_rods)
     limits = ShapeLimits.unknown(len(parts))
@@ -85,7 +101,7 @@ def finished(
 
 
 def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: bool) -> Pieces:
-    """States of parts at Chebyshev points, in the direction in which they were followed."""
+    """Pieces with the states of parts, in the direction in which the parts were followed."""
     parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES)
     to_states = interpolation(count, places)
     to_states[[0, -1]] = np.eye(count)[[0, -1]]
@@ -123,7 +139,7 @@ def _level(phi1: FloatArray) -> FloatArray:
 
 
 def _margins(path: PathStates, places: FloatArray, round_rods: bool) -> dict[str, FloatArray]:
-    """Margins of stability at fractions of parts, interpolated from half as many states."""
+    """Margins of stability at fractions of parts, interpolated from half of the states."""
     count = (path.count + 1) // 2
     states = path.at(chebyshev_nodes(count)).states
     few = states.on_nodes(max(round(STABILITY_NODES * states.nodes), FEWEST_STABILITY_NODES))
@@ -151,7 +167,7 @@ def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
 
 
 def _looked_at(found: Resolved, at: FloatArray) -> Clearance:
-    """Clearances at fractions of parts, of shape (parts, places)."""
+    """Clearances of the shapes at fractions `at` of each part; shape (parts, len(at))."""
     closing, offset = found.path.parts.closing, found.loads[:, :, 0]
     offset = offset @ interpolation(found.path.count, at).T
     height = closing.height[:, None] + closing.tilt[:, None] * offset

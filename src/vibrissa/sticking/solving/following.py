@@ -36,7 +36,7 @@ FEW_ITERATIONS = 8
 
 
 class Closeness(NamedTuple):
-    """How closely paths are followed: number of nodes, and the longest step."""
+    """How closely paths are followed: number of nodes along the rod, longest step on the path."""
 
     nodes: int
     longest: float
@@ -48,16 +48,18 @@ CLOSENESS = (Closeness(24, 0.6), Closeness(48, 0.15), Closeness(108, 0.04))
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Knots(Batch):
-    """States on paths, with the directions of the paths.
+    """Knots of paths: states, and the direction of the path at each of them.
 
     Attributes
     ----------
+    branch : ndarray of int, shape (n,)
+        Index of the branch whose path has the knot.
     change : ndarray, shape (n, nodes + 3)
-        Derivatives of the unknowns along the path.
+        Derivatives of the state's unknowns with respect to the length of the path.
     direction : ndarray, shape (n, 4)
-        Unit vectors: derivatives of the coordinates (`Branches.coordinates`) along the path.
+        Unit tangent of the path in path coordinates (`Branches.coordinates`).
     step : ndarray, shape (n,)
-        Step from the knot before; 0 at the beginning of a path and after a kink.
+        Step along the path from the previous knot; 0 at the beginning of a path and after a kink.
     """
 
     branch: IntArray
@@ -68,14 +70,22 @@ class Knots(Batch):
 
 
 class Followed(NamedTuple):
-    """Paths of branches; `turned` paths end in a kink at which x0 turns back."""
+    """Paths that were followed, one for each branch.
+
+    Attributes
+    ----------
+    knots : Knots
+        Knots of all paths, one path after the other.
+    turned : ndarray of bool, shape (branches,)
+        Whether the path ends in a kink at which x0 turns back.
+    """
 
     knots: Knots
     turned: BoolArray
 
     @property
     def first(self) -> BoolArray:
-        """Whether each knot is at α = 0, the first of its path; shape (knots,)."""
+        """Whether each knot is the first of its path, at α = 0; shape (knots,)."""
         return np.append(True, np.diff(self.knots.branch) != 0)
 
     @property
@@ -102,12 +112,19 @@ def follow(
     ended: Ended,
     longest: float,
 ) -> Followed:
-    """Follow paths from their α = 0 states until they have `ended` or the displacement turns back.
+    """Follow paths from their α = 0 states until they end.
 
     Parameters
     ----------
+    states : RodStates
+        The α = 0 state of each branch.
     side : ndarray, shape (n,)
-        1 where the clamp pushes the rod, -1 where it retracts.
+        Direction of each path: 1 where the clamp pushes the rod (x0 > 0), -1 where the clamp is
+        pulled back (x0 < 0).
+    ended : callable
+        Function `Ended`: whether paths end in their new knots. They also end where x0 turns back.
+    longest : float
+        Longest step along a path.
     """
     count = len(side)
     first = np.arange(count), states
@@ -171,7 +188,7 @@ def _knots(
     closing: ClosingCondition,
     step: FloatArray,
 ) -> Knots:
-    """Make knots of states, directed so that the quantity in E3 grows along the path."""
+    """Make knots of states, directed so that the quantity prescribed by E3 grows along the path."""
     found = tangent(states, closing)
     direction = branches.units * found.ends[:, :4]
     length = np.linalg.norm(direction, axis=1, keepdims=True)
@@ -185,7 +202,10 @@ def _knots(
 
 
 class _Kinks(NamedTuple):
-    """Next knots of paths: `here` before and `ahead` after a kink, equal if there is no kink."""
+    """Next knots of paths: `here` before and `ahead` after a kink, equal if there is no kink.
+
+    `kinks` tells which paths have a kink, and `solved` is false where its state was not found.
+    """
 
     here: Knots
     ahead: Knots
@@ -194,7 +214,7 @@ class _Kinks(NamedTuple):
 
 
 def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> _Kinks:
-    """Insert kinks where the contact of the next knots is not possible."""
+    """Insert kinks before those of the knots `new` whose kind of contact is not possible."""
     solved, kinks = np.ones(len(new), dtype=bool), np.zeros(len(new), dtype=bool)
     if model is Contact.LINE:
         before, after = violation(last.states), violation(new.states)
@@ -222,7 +242,7 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
 
 
 def between(low: Knots, high: Knots, share: FloatArray) -> RodStates:
-    """Guess states at fractions of the steps between knots, by cubics with their tangents."""
+    """Guess states at fractions `share` of the steps from knots `low` to `high`, by cubics."""
     unknowns = low.states.unknowns, high.states.unknowns
     change = low.change, high.change
     return low.states.with_unknowns(hermite(share, high.step, *unknowns, *change))
@@ -236,7 +256,7 @@ def hermite(
     low_change: FloatArray,
     high_change: FloatArray,
 ) -> FloatArray:
-    """Interpolate by cubics between values and derivatives at two places, `step` apart."""
+    """Interpolate by cubics that have given values and derivatives at two places, `step` apart."""
     t, step = share[..., None], step[..., None]
     s = 1.0 - t
     value = s * s * (1.0 + 2.0 * t) * low + t * t * (1.0 + 2.0 * s) * high

@@ -37,7 +37,7 @@ AT_FOLD = (
 
 
 class StateSolution(NamedTuple):
-    """One state, as a batch of one; or None, with the reason in `message`."""
+    """Solution of one state; if there is none, `state` is None, and `message` gives the reason."""
 
     state: RodStates | None
     residual: float

@@ -35,11 +35,12 @@ HALVINGS = 6
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PathStates(Batch):
-    """Parts with states at Chebyshev points, guessed or solved.
+    """States of smooth parts of paths, guessed or solved, at Chebyshev points of their parameters.
 
     Attributes
     ----------
     unknowns : ndarray, shape (n, states, nodes + 3)
+        Unknowns of the states of each part, as in `vibrissa.mechanics.states.RodStates`.
     """
 
     parts: Parts
@@ -57,7 +58,7 @@ class PathStates(Batch):
 
     @property
     def states(self) -> RodStates:
-        """All states, one part after the other."""
+        """States of all parts in one batch, one part after the other."""
         each = np.repeat(np.arange(len(self)), self.count)
         return RodStates(
             rods=self.parts.rods[each],
@@ -70,11 +71,11 @@ class PathStates(Batch):
         return replace(self, unknowns=self.unknowns @ transfer(self.nodes, nodes))
 
     def at(self, position: FloatArray) -> Self:
-        """Interpolate states to fractions of the parts' length."""
+        """Interpolate the states of each part at the fractions `position` of its length."""
         return replace(self, unknowns=interpolation(self.count, position) @ self.unknowns)
 
     def residual(self, position: FloatArray) -> FloatArray:
-        """Largest residual of each part at fractions of its length; infinite if not solved."""
+        """Largest residual at fractions `position` of each part; infinite if a state is NaN."""
         closing = self.parts.closing_at(position)
         residual = largest_residual(self.at(position).states, closing)
         return np.nan_to_num(residual, nan=np.inf).reshape(-1, len(position)).max(axis=1)
@@ -82,14 +83,16 @@ class PathStates(Batch):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Resolved(Batch):
-    """A batch of resolved parts with equally many states and nodes.
+    """Resolved parts; all have the same number of states, on the same number of nodes.
 
     Attributes
     ----------
+    path : PathStates
+        The parts with their solved states.
     loads : ndarray, shape (n, states, 6)
-        Offset, fx, fy, m, φ1 and s_c.
+        Offset, fx, fy, m(0), φ1 and s_c of each state.
     residual : ndarray, shape (n,)
-        Largest residual half-way between the states.
+        Largest residual of each part, half-way between its states.
     """
 
     path: PathStates
@@ -98,7 +101,11 @@ class Resolved(Batch):
 
 
 def resolve(guess: PathStates) -> Iterator[Resolved]:
-    """Solve parts on more and more nodes; yields the parts, or their halves, that are resolved."""
+    """Solve the states of parts, with more and more nodes and states, until they are resolved.
+
+    A part for which no number of states is enough is halved. Yields batches of resolved parts and
+    halves; what cannot be resolved is left out.
+    """
     # The guesses show how many nodes along the rod the states need.
     needed = _needed(NODES_ALONG_ROD, guess.nodes, _rod_decay(guess), DECAY_TOLERANCE)
     tasks = [
@@ -141,7 +148,7 @@ def resolve(guess: PathStates) -> Iterator[Resolved]:
 
 
 def _halves(path: PathStates) -> Iterator[PathStates]:
-    """Both halves of parts."""
+    """Yield the first halves of the parts, then the second halves, with interpolated states."""
     for share in (0.0, 0.5):
         start = path.parts.start + share * path.parts.length
         half = replace(path.parts, start=start, length=path.parts.length / 2.0)
@@ -150,9 +157,9 @@ def _halves(path: PathStates) -> Iterator[PathStates]:
 
 
 def _needed(ladder: Sequence[float], number: int, decay: FloatArray, target: float) -> FloatArray:
-    """Predict from series with `number` terms which number of terms reaches a decay `target`.
+    """Predict from the decay of series with `number` terms how many terms reach `target`.
 
-    It is taken from `ladder`; the last number there stands for all larger ones.
+    The prediction is rounded up to a number of `ladder`, or down to its last number.
     """
     with np.errstate(divide="ignore"):
         needed = number * np.log(target) / np.log(np.minimum(decay, 0.5))
@@ -160,13 +167,13 @@ def _needed(ladder: Sequence[float], number: int, decay: FloatArray, target: flo
 
 
 def _rod_decay(path: PathStates) -> FloatArray:
-    """Largest `coefficient_decay` of each part's states; infinite if one is not solved."""
+    """Largest `coefficient_decay` among the states of each part; infinite if a state is NaN."""
     decays = coefficient_decay(path.states).reshape(-1, path.count).max(axis=1)
     return np.nan_to_num(decays, nan=np.inf)
 
 
 def _loads(path: PathStates) -> FloatArray:
-    """Offset, fx, fy, m, φ1 and s_c of a path, shape (parts, states, 6)."""
+    """Offset, fx, fy, m(0), φ1 and s_c of the states, shape (parts, states, 6)."""
     states = path.states
     end = ends(states)
     columns = (end.offset, states.fx, states.fy, end.moment, end.phi1, states.s_c)

@@ -42,18 +42,19 @@ SPLINE_DEGREE = 5
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """Settings of the integration and of the search.
+    """Tolerances of the Runge–Kutta integration and of the Nelder–Mead search.
 
     Attributes
     ----------
     rtol, atol : float
-        Step control of the Runge–Kutta pair.
+        Relative and absolute tolerance of the error in each step of the integration.
     simplex : float
-        Size of the simplex, and spread of the values on it, at which the search ends.
+        A search ends when the size of the simplex, and the differences between the distances of tip
+        and contact point at its corners, are below this.
     miss : float
         Distance between tip and contact point (L) above which a search has failed.
     restarts : int
-        Searches that may follow one that has failed.
+        Largest number of further searches after one that has failed.
     """
 
     rtol: float = 1e-10
@@ -71,7 +72,10 @@ PAPER = Tolerances(rtol=1e-3, atol=1e-6, simplex=1e-4, miss=2e-4)
 
 @dataclass(frozen=True, kw_only=True)
 class ShotState:
-    """Result of one search: f (E·I0/L²), α and φ1 (rad), x1 and the miss of the tip (L)."""
+    """Result of one search: f (E·I0/L²), α and φ1 (rad), x1 (L).
+
+    `miss` is the distance between tip and contact point that is left (L).
+    """
 
     f: float
     alpha: float
@@ -166,8 +170,9 @@ def walk(
     Parameters
     ----------
     mu0 : float, optional
-        Stop at the first state that needs more friction than this, as the paper does. Without
-        it, or where the tip locks, the walk goes on past the maximum of −tan α.
+        Coefficient of static friction: the walk stops at the first state with −tan α > μ0, as in
+        the paper. Without μ0, or if the tip locks, it stops a few states past the maximum of
+        −tan α.
     start : ShotState, optional
         The α = 0 state, if it is already known.
 
@@ -206,7 +211,8 @@ def solve_curve(
     Returns
     -------
     StickingCurve
-        ``failed`` if a search missed the contact point or no locking was found.
+        Its status is ``failed`` if a search missed the contact point or −tan α has no maximum, and
+        ``out_of_reach`` if the shape becomes inadmissible before the lock.
     """
     start = initial_state(theta, eta, tolerances)
     step = dx0 / math.ceil(dx0 / (LARGEST_STEP * start.x1))
@@ -234,7 +240,7 @@ def solve_curve(
 
 
 def _stepped(states: list[ShotState], step: float, eta: float) -> StickingState:
-    """States of a walk as columns."""
+    """Convert the states of a walk to columns."""
     f, alpha, x1, phi1 = np.array([(s.f, s.alpha, s.x1, s.phi1) for s in states]).T
     unknown = np.full_like(f, np.nan)
     return StickingState(
