@@ -77,7 +77,8 @@ def solve_curves(
     mountings : sequence of Mounting, length n, optional
         Mounting of each rod; by default all mountings are ideal.
     section : RodSection
-        ROUND: a path ends where the rod buckles laterally. PLANAR: it ends where x0 turns back.
+        ROUND: a path ends at the latest where the rod buckles laterally. PLANAR: it ends at the
+        latest where x0 turns back.
     retract : bool
         Whether to solve for every rod the retraction, in which the clamp is pulled back (x0 < 0),
         until the normal force vanishes, or as far as it can be resolved. Otherwise only round rods

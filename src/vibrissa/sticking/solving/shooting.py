@@ -72,9 +72,9 @@ PAPER = Tolerances(rtol=1e-3, atol=1e-6, simplex=1e-4, miss=2e-4)
 
 @dataclass(frozen=True, kw_only=True)
 class ShotState:
-    """Result of one search: f (E·I0/L²), α and φ1 (rad), x1 (L).
+    """Result of one search: f (E·I0/L²), α and φ1 (rad), x1 and `miss` (L).
 
-    `miss` is the distance between tip and contact point that is left (L).
+    `miss` is the distance that remains between the tip and the contact point.
     """
 
     f: float
