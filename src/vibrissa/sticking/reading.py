@@ -51,7 +51,7 @@ class CurveArray:
 
     @cached_property
     def x0_lock(self) -> FloatArray:
-        """Displacement of each curve at its lock, where −tan α is largest (L); NaN without a lock."""
+        """Displacement of each curve at its lock, where −tan α is largest (L); NaN if none."""
         return np.array([curve.x0_lock for curve in self.curves])
 
     @cached_property
@@ -137,7 +137,7 @@ class CurveArray:
 
     @cached_property
     def _demand_up_to_the_lock(self) -> tuple[FloatArray, FloatArray]:
-        """Samples of −tan α and their parameter values; the lock replaces the first sample past it."""
+        """Samples of −tan α and their parameter values; a lock replaces the sample just past it."""
         pieces = self.pieces
         count = self.stop - self.begin
         x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)
