@@ -121,8 +121,8 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
         (["solve", *WHISKER, "--mu0", "much"], "mu0 must be a number"),
         (
             ["solve", "--theta", "2", "--eta", "85", *ROD, "--mu0", "0.3"],
-            "eta must lie between 0 and the length of the rod, 100 mm: write a height with its "
-            "unit, as in '85 mm', got '85'\n",
+            "eta must lie between 0 and the length of the rod, 100 mm, got '85': write a height "
+            "with its unit, as in '85 mm'\n",
         ),
         (["solve", *WHISKER, "--mu0", "-1"], "mu0 must be positive, got '-1'\n"),
         (
@@ -138,7 +138,7 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
             "mu0 of a patch must be positive, got '0'\n",
         ),
         (["solve", "--theta", "2", "--eta", "85 mm", "--mu0", "0.3"], "the rod is not given"),
-        (["solve", *WHISKER, "--mu0", "0.3", "--length", "1 m"], "modulus, diameter missing"),
+        (["solve", *WHISKER, "--mu0", "0.3", "--length", "1 m"], "missing: modulus, diameter"),
         (["solve", *WHISKER, "--mu0", "0.3", *ROD, "--step", "3 kg"], "step must be a length"),
         (["solve", *WHISKER, "--mu0", "0.3", "--material", "tin"], "with a material, give modulus"),
         (["solve", *WHISKER, *ROD, "--mu0", "0.3", "--material", "tin"], "material must be one"),

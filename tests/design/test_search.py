@@ -218,5 +218,5 @@ def test_which_constraint_leaves_nothing():
 
 @pytest.mark.slow
 def test_no_curve_is_said_so():
-    with pytest.raises(NoResponseError, match="none of these rods could be solved"):
+    with pytest.raises(NoResponseError, match="no rod of the given theta and eta could be solved"):
         design(asked(**PAPER | {"theta": "50", "eta": "0.05"}))

@@ -217,7 +217,7 @@ def test_states_without_a_result_are_named_and_many_have_a_colourbar():
 
 @pytest.mark.parametrize("selection", [{"grid": "none"}, {"grid": "main", "dx0": [0.002]}])
 def test_nothing_to_draw_is_refused(selection):
-    with pytest.raises(ArgumentError, match="no rows to draw for taper figure with"):
+    with pytest.raises(ArgumentError, match="for a figure of kind taper"):
         draw("taper", points(), selection)
 
 

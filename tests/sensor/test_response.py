@@ -150,7 +150,9 @@ def test_strain_in_a_mounting_is_that_of_the_bending_alone():
 
 
 def test_an_oblique_stage_has_no_response():
-    with pytest.raises(NoResponseError, match="stage_angle must be 0 for one response"):
+    with pytest.raises(
+        NoResponseError, match="stage_angle must be 0 for the response at one height"
+    ):
         respond(2.0, 0.85, mounting=Mounting(stage_angle=0.01))
 
 

@@ -255,7 +255,7 @@ def test_impossible_surfaces_are_refused(make, message):
 def test_a_path_has_so_many_steps_at_most(monkeypatch):
     monkeypatch.setattr("vibrissa.sensor.simulation.scanning.MOST_STEPS", 6)
     assert path("0.1", ["0.5", "0.4"]) == pytest.approx([0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.4])
-    with pytest.raises(ArgumentError, match="the step is too small: 7 steps, at most 6"):
+    with pytest.raises(ArgumentError, match="too small: the path has 7 steps, more than 6"):
         path("0.1", ["0.5", "0.3"])
 
 

@@ -93,7 +93,7 @@ def test_tolerances_are_in_units_of_the_rod():
         ({"eta": "0.85 ± 1 deg"}, "eta must be a length"),
         ({"eta": "110 mm"}, "eta must lie between 0 and the length of the rod, 100 mm"),
         ({"clamp_angle": "0 ± 2 %"}, "the tolerance of clamp_angle is 2 %, but clamp_angle is 0"),
-        ({"length": None}, "a rod needs modulus, diameter and length: length missing"),
+        ({"length": None}, "a rod needs modulus, diameter and length; missing: length"),
         ({"modulus": None, "diameter": None, "length": None, "eta": "8 mm"}, "rod is not given"),
         ({"clamp_angle": "2 mm"}, "clamp_angle must be an angle with a unit such as rad"),
         ({"clamp_angle": 0.5}, "clamp_angle needs a unit: '0.5 deg' or '0.5 rad'"),

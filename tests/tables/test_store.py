@@ -171,6 +171,6 @@ def test_rows_are_counted_by_status(tables):
     assert counts["stiction"] == {"slip": 9, "lock": 3, "failed": 4}
     assert counts["scans"] == {"slip": 1, "lock": 1, "failed": 1}
     assert "16 grid points: 4 failed, 3 lock, 9 slip\n" in sentence(counts)
-    with pytest.raises(TableError, match="strict: 4 grid points, 1 scan with status failed"):
+    with pytest.raises(TableError, match="but 4 grid points, 1 scan failed"):
         need_results(counts)
     need_results({"states": Counter(solved=9)})

@@ -107,7 +107,7 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
         stored = {name: read(path) for name, path in paths.items() if path.is_file()}
     if not stored:
         raise ComparisonError(
-            f"{reference} has no reference tables; make them with: make bless, and the same STUDY "
+            f"{reference} has no reference tables; write them: run make bless with the same STUDY "
             "and REFERENCE"
         )
     proved = proofs.proved(frames, reference, layouts)
@@ -152,7 +152,10 @@ def as_text(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
     """
     names = [*layout.keys, *layout.columns]
     if unknown := [column for column in names if column not in frame]:
-        raise ComparisonError(f"no column {', '.join(unknown)}; the table has {', '.join(frame)}")
+        raise ComparisonError(
+            f"the tolerances name the columns {', '.join(unknown)}, but the table has only "
+            f"{', '.join(frame)}"
+        )
     ordered = frame.sort_values(layout.keys, ignore_index=True)
     return pd.DataFrame({column: ordered[column].astype(object).map(_spell) for column in names})
 

@@ -45,6 +45,7 @@ def read_layouts(path: Path) -> dict[str, Layout]:
         return TypeAdapter(dict[str, Layout]).validate_python(content)
     except (yaml.YAMLError, InvalidLayout) as error:
         raise ComparisonError(
-            f"{path} does not define what to compare ({error}); needed for each table: keys, a "
-            "list, and columns, each exact or {absolute: number, relative: number}"
+            f"{path} does not define what to compare ({error}); each table needs keys (a "
+            "list of columns) and columns (for each one: exact, or {absolute: number, relative: "
+            "number})"
         ) from None

@@ -132,7 +132,9 @@ def survey(
     curves = solve_curves(theta, eta, contact)
     solved = [curve for curve in curves if curve.status is Status.SOLVED]
     if not solved:
-        raise NoResponseError(f"none of these rods could be solved: {curves[0].message}")
+        raise NoResponseError(
+            f"no rod of the given theta and eta could be solved; the first one: {curves[0].message}"
+        )
     onsets = [curve.onset(frictions) for curve in solved]
     ends = [
         float(x0[-1]) if np.isfinite(x0[-1]) else curve.x0_lock

@@ -52,7 +52,9 @@ def draw(
     columns = table.schema.names if script else KINDS[kind].columns
     rows = query.frame(table, columns, _condition(selection))
     if rows.empty:
-        raise ArgumentError(f"no rows to draw for {kind} figure with {dict(selection)}")
+        raise ArgumentError(
+            f"the table has no rows with {dict(selection)} for a figure of kind {kind}"
+        )
     with style.applied():
         if script:
             figure = _scripted(script, rows)

@@ -218,7 +218,9 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
 
 def _checked(value: Decimal, what: str) -> Decimal:
     if value and not LEAST < abs(value) < MOST:
-        raise ArgumentError(f"{what} must have a size from {LEAST} to {MOST}, got {value:.3g}")
+        raise ArgumentError(
+            f"{what} must be 0, or lie between {LEAST} and {MOST} in magnitude, got {value:.3g}"
+        )
     return value
 
 
@@ -261,7 +263,9 @@ def channels_of(text: str, what: str) -> list[tuple[str, Kind]]:
     """
     parts = text.split(",")
     if len(parts) != len(CHANNEL_KINDS):
-        raise ArgumentError(f"{what} needs three values, got {text!r}")
+        raise ArgumentError(
+            f"{what} needs three values, of force_x, force_y and moment_z, got {text!r}"
+        )
     return list(zip(parts, CHANNEL_KINDS, strict=True))
 
 

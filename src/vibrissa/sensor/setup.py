@@ -141,7 +141,7 @@ class Setup(Keyed):
             return None
         if missing:
             raise ArgumentError(
-                f"a rod needs modulus, diameter and length: {', '.join(missing)} missing"
+                f"a rod needs modulus, diameter and length; missing: {', '.join(missing)}"
             )
         return Rod(*(size for size in sizes.values() if size is not None))
 
@@ -164,8 +164,8 @@ class Setup(Keyed):
         if self.rod is not None and not 0.0 < eta < 1.0:
             raise ArgumentError(
                 "eta must lie between 0 and the length of the rod, "
-                f"{units.spelled(1.0, Kind.LENGTH)}: write a height with its unit, as in '85 mm', "
-                f"got {self.eta.value!r}"
+                f"{units.spelled(1.0, Kind.LENGTH)}, got {self.eta.value!r}: write a height with "
+                "its unit, as in '85 mm'"
             )
         whisker = Whisker(
             theta=self._read("theta", units),

@@ -126,7 +126,9 @@ def _read(units: Units, name: str, size: Quantity, whisker: "Whisker | None") ->
     if text.endswith("%"):
         part = float(units.read(text[:-1], Kind.NUMBER, what)) / 100.0
         if not (one.relative or value):
-            raise ArgumentError(f"{what} is {size}, but {name} is 0 or not given: use no %")
+            raise ArgumentError(
+                f"{what} is {size}, but {name} is 0 or not given: state it without %"
+            )
         return part if one.relative else part * value
     if one.relative and value and not is_number(text):
         return one.kind.read(text, what) / value

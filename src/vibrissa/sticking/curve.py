@@ -96,7 +96,7 @@ class StickingCurve:
 
     def _need_states(self, what: str) -> None:
         if not self.pieces:
-            raise ArgumentError(f"no {what} a curve with status {self.status}: {self.message}")
+            raise ArgumentError(f"a curve with status {self.status} has no {what}: {self.message}")
 
     @property
     def x0_pull(self) -> float:
@@ -130,7 +130,7 @@ class StickingCurve:
         >>> print(f"{state.reaction_fx:.4f} {state.reaction_fy:.4f} {state.reaction_m:.4f}")
         -0.8806 -2.2418 -0.0750
         """
-        self._need_states("states on")
+        self._need_states("states")
         x0 = np.asarray(x0, dtype=float)
         if np.any(~(x0 >= self.x0_pull)) or np.any(~(x0 <= self.x0_end + SAME)):
             raise ArgumentError(
@@ -163,7 +163,7 @@ class StickingCurve:
         mu0 = np.asarray(mu0, dtype=float)
         if np.any(~(mu0 > 0.0)):
             raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
-        self._need_states("onset on")
+        self._need_states("onset")
         return self._alone.onset(_first(mu0.ravel()), mu0.ravel()).reshape(mu0.shape)
 
     def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
@@ -181,7 +181,7 @@ class StickingCurve:
         ArgumentError
             If the curve was not solved or a coefficient is not larger than μ_lock.
         """
-        self._need_states("end of")
+        self._need_states("end")
         if self.status is not Status.SOLVED:
             raise ArgumentError(f"the curve does not lock: {self.message}")
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))

@@ -254,7 +254,7 @@ def test_what_needs_a_rod_is_said(asked, said):
 def test_tolerances_that_the_ratio_does_not_use_are_named():
     sizes = {"zero_moment_z": "1 N*mm", "zero_force_x": "2 mN"}
     found = identify(None, table(recorded(1)[0]), tolerances=sizes).periods
-    assert "the ratio of the forces does not use: zero_moment_z" in found.notes
+    assert "the ratio of the forces does not use the tolerance of zero_moment_z" in found.notes
 
 
 def test_without_a_rod_the_command_reads_the_ratio(tmp_path):

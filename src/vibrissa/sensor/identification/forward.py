@@ -213,6 +213,6 @@ def _part(heights: FloatArray, branches: list[Response]) -> Heights:
     # The kind of end of a response, far past its lock, may differ between heights.
     if len({len(branch.bounds) for branch in branches}) > 1 or not found.finite:
         raise NoResponseError(
-            f"the contact changes between the heights {low:.6g} and {high:.6g} (in units of L)"
+            f"the kind of contact changes between the heights {low:.6g} and {high:.6g} (units of L)"
         )
     return found

@@ -148,16 +148,20 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
     except (NoResponseError, RecordingError) as error:
         if method is Method.MODEL:
             alone = task.both_forces and isinstance(error, NoResponseError | WrongRodError)
-            more = "; --method ratio needs no rod" if alone else ""
+            more = "; the method ratio uses the forces alone, without a rod" if alone else ""
             raise type(error)(f"{error}{more}") from error
         found = _read(task)
-        return found.noted(f"not compared with the model of the rod: {error}")
+        return found.noted(
+            f"the ratio of the forces is not compared with the model of the rod: {error}"
+        )
     try:
         ratio = read_ratio(task)
     except RecordingError as error:
         if method is Method.RATIO:
             raise
-        return model.noted(f"not compared with the ratio of the forces: {error}")
+        return model.noted(
+            f"the model of the rod is not compared with the ratio of the forces: {error}"
+        )
     compared = beside(model, ratio)
     found = model if method is Method.MODEL else ratio
     apart = "model and ratio of the forces disagree"

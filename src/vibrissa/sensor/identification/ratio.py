@@ -232,7 +232,7 @@ def read_ratio(task: Task) -> Identification:
         If a force has no noise, is constant or of the wrong sign, or if the forces seem swapped.
     """
     if not task.both_forces:
-        raise RecordingError("the method ratio needs both forces, with a noise above 0 each")
+        raise RecordingError("the method ratio needs both forces, and a noise above 0 for each")
     forces, noise = task.recording.readings[:, FORCES], task.noise[FORCES]
     check_slips(task.recording, task.spans, task.noise)
     check_forces(forces, noise)

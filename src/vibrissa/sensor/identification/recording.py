@@ -183,7 +183,7 @@ def _used(
     there = [i for i, name in enumerate(CHANNELS) if name in table.columns]
     if not suffices(there):
         raise OtherTableError(
-            f"{table.source}: column moment_z, or force_x and force_y, is missing; there are: "
+            f"{table.source}: needed: column moment_z, or both force_x and force_y; there are: "
             f"{', '.join(table.columns)}. {IMPORT}"
         )
     part = lost.mean(axis=0)

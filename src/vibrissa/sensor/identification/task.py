@@ -146,7 +146,9 @@ def task_of(
         known = np.maximum(known, LEAST_FITTED)
     elif needless := [name for name in tolerances if name not in (*BEARING, SLOPE)]:
         read = {name: size for name, size in read.items() if name not in needless}
-        recording = recording.noted(f"the ratio of the forces does not use: {', '.join(needless)}")
+        recording = recording.noted(
+            f"the ratio of the forces does not use the tolerance of {', '.join(needless)}"
+        )
     stated = {**read_tolerances(units, recording.zeros, whisker), **of_whisker, **read}
     full_scale = _full_scale(recording, transducer, units)
     length = SLOPE_LENGTH / units.unit(Kind.LENGTH) if units.si else OWN_SLOPE_LENGTH
@@ -175,7 +177,7 @@ def _tared(
     zeros, deviation = np.zeros(len(CHANNELS)), noise / np.sqrt(recording.air_rows)
     zeros[own] = np.array(recording.air)[own]
     recording = replace(recording, readings=recording.readings - zeros)
-    recording = recording.noted("the zeros are the means of the rows without load")
+    recording = recording.noted("the zeros are the means of the readings without load")
     return recording, sizes | {ZEROS[i]: float(deviation[i]) for i in own}
 
 

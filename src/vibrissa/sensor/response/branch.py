@@ -148,15 +148,16 @@ def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Respons
     for whisker in whiskers:
         if angle := whisker.mounting.stage_angle:
             raise NoResponseError(
-                "stage_angle must be 0 for one response: an oblique stage begins each period at "
-                f"another height, see vibrissa.sensor.Whisker.stage; got {angle!r}"
+                f"stage_angle must be 0 for the response at one height, got {angle!r}: on an "
+                "oblique stage each period begins at another height (see "
+                "vibrissa.sensor.Whisker.stage)"
             )
     one, mountings = whiskers[0], [whisker.mounting for whisker in whiskers]
     theta, eta = [whisker.theta for whisker in whiskers], [whisker.eta for whisker in whiskers]
     curves = solve_curves(theta, eta, one.contact, mountings, one.section, retract=True)
     for curve in curves:
         if not (curve.status is Status.SOLVED or (partly and curve.pieces)):
-            raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
+            raise NoResponseError(f"the sticking curve has status {curve.status}: {curve.message}")
     return [tabulated(curve) for curve in curves]
 
 

@@ -157,7 +157,9 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
         raise ArgumentError(f"step must be positive, got {step}")
     ways = np.diff([0, *(_steps_to(turn, size) for turn in turns)])
     if (total := abs(ways).sum()) > MOST_STEPS:
-        raise ArgumentError(f"the step is too small: {total:.3g} steps, at most {MOST_STEPS:,}")
+        raise ArgumentError(
+            f"the step is too small: the path has {total:.3g} steps, more than {MOST_STEPS:,}"
+        )
     if not ways.all():
         raise ArgumentError("each part of the path must be at least one step long")
     way = np.repeat(np.sign(ways), np.abs(ways))
@@ -205,7 +207,7 @@ def simulate(
     """
     positions, law = np.asarray(positions, dtype=float), chosen(SlipLaw, law, "law")
     if not 0.0 < kinetic_ratio <= 1.0:
-        raise ArgumentError(f"kinetic_ratio must lie above 0 and up to 1, got {kinetic_ratio!r}")
+        raise ArgumentError(f"kinetic_ratio must be above 0 and at most 1, got {kinetic_ratio!r}")
     stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
     at, told = float(positions[0]), surface.told
     start = stage.at(at)
