@@ -184,7 +184,7 @@ def test_proofs_refute_numbers_and_agree_with_others(tmp_path, blessed, stiction
         assert bool(lines) == bool(refuted)
         assert all("2 of 2 numbers are refuted by their proofs" in one for one in lines)
     (folder / "enclosures.csv").write_text("x\n1\n")
-    with pytest.raises(Exception, match="has no enclosures"):
+    with pytest.raises(Exception, match="is no table of proved intervals"):
         compared(blessed)
 
 

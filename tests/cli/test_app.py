@@ -140,7 +140,10 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
         (["solve", "--theta", "2", "--eta", "85 mm", "--mu0", "0.3"], "the rod is not given"),
         (["solve", *WHISKER, "--mu0", "0.3", "--length", "1 m"], "missing: modulus, diameter"),
         (["solve", *WHISKER, "--mu0", "0.3", *ROD, "--step", "3 kg"], "step must be a length"),
-        (["solve", *WHISKER, "--mu0", "0.3", "--material", "tin"], "with a material, give modulus"),
+        (
+            ["solve", *WHISKER, "--mu0", "0.3", "--material", "tin"],
+            "material needs the rod",
+        ),
         (["solve", *WHISKER, *ROD, "--mu0", "0.3", "--material", "tin"], "material must be one"),
         (["solve", *WHISKER, "--mu0", "0.3", "-o", "x.txt"], "ending must be"),
         (["solve", *WHISKER, "--mu0", "0.3", "-o", "no/x.csv"], "no/x.csv cannot be written"),

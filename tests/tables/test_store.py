@@ -80,10 +80,10 @@ def test_a_table_of_another_study_file_is_refused(tables, path):
     store.write(tables["stiction"], path, "study: a\nmu0: [1]\n")
     store.need_study(path, "study: a\nmu0: [1]\n")
     for part, words in (
-        ("study: a\nmu0: [2]\n", r"it has 'mu0: \[1\]'"),
-        ("", "it has 'study: a'"),
+        ("study: a\nmu0: [2]\n", r"which has 'mu0: \[1\]'"),
+        ("", "which has 'study: a'"),
     ):
-        with pytest.raises(DamagedTableError, match=f"belongs to another study file .{words}"):
+        with pytest.raises(DamagedTableError, match=f"belongs to another study file, {words}"):
             store.need_study(path, part)
 
 

@@ -79,7 +79,7 @@ def write_archive(
         )
     if absent := [name for name in CODE if not (root / name).exists()]:
         raise ArchiveError(
-            f"{root} has no {', '.join(absent)}; make archive needs a clone of the project"
+            f"{root} has no {', '.join(absent)}: archive from a clone of the project"
         )
     sources = {name: root / name for name in CODE}
     sources |= {f"results/{results.name}/{name}": results / name for name in made}

@@ -51,8 +51,8 @@ def proved(
         return pd.DataFrame()
     except (ValueError, KeyError) as error:
         raise ComparisonError(
-            f"{path} has no enclosures ({error!r}); restore it from version control, or delete it "
-            "and make it anew with: python -m validation proof"
+            f"{path} is no table of proved intervals ({error!r}); restore it from version "
+            "control, or delete it and make it anew with: python -m validation proof"
         ) from None
 
 

@@ -28,7 +28,7 @@ def material_of(setup: Setup) -> "Material | None":
 
         return likely_material(setup)
     if setup.material is not None:
-        raise ArgumentError("with a material, give modulus, diameter and length of the rod")
+        raise ArgumentError("material needs the rod's modulus, diameter and length beside it")
     return None
 
 

@@ -36,7 +36,7 @@ def taper(rows: pd.DataFrame) -> Figure:
 
 @kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"))
 def friction(rows: pd.DataFrame) -> Figure:
-    """x0,max over μ0: levels of the step grid, exact onset and locking (paper Figure 7)."""
+    """x0,max over μ0, in steps of Δx0, with exact onset and locking (paper Figure 7)."""
     rows = rows.sort_values("mu0")
     slips = rows[rows["status"] == "slip"]
     levels = np.unique(slips["n_steps"])

@@ -78,7 +78,7 @@ class Series:
         strip.margins(y=0.5 / count)
 
     def explain(self, panels: Axes | Sequence[Axes], **look: Any) -> None:
-        """Add a legend to the figure; for more than six series, a colourbar beside the panels."""
+        """Add a legend to the figure, and a colourbar for more than six series."""
         style.legend((panels if isinstance(panels, Axes) else panels[0]).figure, **look)
         if not self.few:
             self.colorbar(panels)

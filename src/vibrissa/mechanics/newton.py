@@ -115,7 +115,7 @@ def _inverted(matrices: FloatArray) -> FloatArray:
 
 
 class Tangent(NamedTuple):
-    """Derivatives of states with respect to the value of E3.
+    """Derivatives of states with respect to the value that the closing condition E3 prescribes.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class Tangent(NamedTuple):
 
 
 def tangent(states: RodStates, closing: ClosingCondition) -> Tangent:
-    """Differentiate states with respect to the value of E3."""
+    """Differentiate states with respect to the value that the closing condition E3 prescribes."""
     few = states.on_nodes(coarse_nodes(states.nodes))
     changes = derivatives(few)
     column = _inverted(jacobian(few, closing, changes))[:, :, -2]

@@ -17,7 +17,7 @@ Floats: TypeAlias = FloatArray | float
 def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     """Diameter d(s)/d0 = 1 − (1 − 1/θ)·s of the rod, in units of d0.
 
-    Equation (1) of the paper prints d1/θ where d1 = d0/θ must stand.
+    Equation (1) of the paper has a misprint: d1/θ in place of d1, which is d0/θ.
 
     Examples
     --------

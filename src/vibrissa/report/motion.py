@@ -30,8 +30,8 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
 
     The presets are the first `MOST_SCANS` scans that have the ideal mounting and parameters within
     the ranges of the explorer's fields. Long scans are thinned out. Each preset is named after the
-    figure that shows its scan; of several figures, after the one with the most keys in its
-    selection. If there are no such scans, the explorer's own presets are returned.
+    figure that shows its scan. If several figures show it, the one whose selection has the most
+    keys counts. If there are no such scans, the explorer's own presets are returned.
     """
     scans = _solved(found["scans"]) if "scans" in found else []
     offered = [scan for scan in scans if _is_repeatable(scan.iloc[0])][:MOST_SCANS]

@@ -126,4 +126,4 @@ def need_study(path: str | Path, study_part: str) -> None:
     if found != study_part:
         others = [line for line in found.splitlines() if line not in study_part.splitlines()]
         has = f"'{others[0].strip()}'" if others else "fewer entries"
-        raise DamagedTableError(path, f"belongs to another study file (it has {has})")
+        raise DamagedTableError(path, f"belongs to another study file, which has {has}")

@@ -181,7 +181,13 @@ class Periods(Batch):
         return replace(self, checks=(*self.checks, *checks))
 
     def ended(self, status: StrArray, least: FloatArray) -> "Periods":
-        """Set the status of each period; without a slip keep only `least`, a lower bound of μ0."""
+        """Set the status of each period; one that ended without a slip keeps a lower bound of μ0.
+
+        Parameters
+        ----------
+        least : ndarray, shape (p,)
+            The lower bounds.
+        """
         slips = status == PeriodStatus.SLIP
         bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))
         return replace(
@@ -214,7 +220,7 @@ class Periods(Batch):
 def periods_of(
     task: Task, along: FloatArray, own: FloatArray, common: FloatArray, effects: FloatArray
 ) -> Periods:
-    """Make periods that all end with a slip, and doubt periods with few or lost samples.
+    """Make periods that all end with a slip, and grade those with few or lost samples.
 
     Parameters
     ----------

@@ -130,14 +130,16 @@ def deviation_of(ratio: FloatArray, fy: FloatArray, noise: FloatArray) -> FloatA
 
 
 def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
-    """Select the blocks at the end of each period, over at most the median travel of a period.
+    """Select the blocks in a window at the end of each period.
+
+    The window is as long as the travel in the period, or the median travel if that is shorter.
 
     Returns
     -------
     window : Blocks
         The selected blocks with the readings fx and fy; where the clamp moves backward, fx has the
-        opposite sign. Their clamp positions are t, the distance from the last sample in lengths of
-        the window: from −1 to 0, or above 0 if the clamp went further and turned back.
+        opposite sign. In place of clamp positions they have t: −1 at the beginning of the window, 0
+        in the last sample, above 0 where the clamp was beyond its last position and turned back.
     length : ndarray, shape (p,)
         Length of the window (L); negative if the clamp moves backward, 0 if it does not move.
     """

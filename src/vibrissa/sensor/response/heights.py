@@ -229,7 +229,7 @@ class Stage:
         return np.asarray(self.eta - np.asarray(clamp) * np.sin(self.angle))
 
     def along(self, clamp: ArrayLike) -> FloatArray:
-        """Clamp position along the surface (L)."""
+        """Convert clamp positions along the stage to positions along the surface (L)."""
         return np.asarray(np.asarray(clamp) * np.cos(self.angle))
 
     def at(self, clamp: ArrayLike) -> Response | HeightStates:
