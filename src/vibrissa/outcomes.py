@@ -16,12 +16,13 @@ class Status(StrEnum):
     SLIP
         The tip slips forward: the onset was found.
     LOCK
-        The tip never slips forward: μ0 exceeds the locking friction μ_lock(θ, η).
+        The tip never slips forward: μ0 exceeds the critical friction coefficient μ_lock.
     OUT_OF_REACH
         The shape is inadmissible (see `vibrissa.mechanics.admissibility`), or the rod has no state
         with α = 0; the message gives the reason.
     FAILED
-        No result of the promised accuracy; the message names the failed step and a remedy.
+        No result of the promised accuracy was found; the message names the failed step and a
+        remedy.
     """
 
     SOLVED = "solved"
@@ -44,7 +45,7 @@ class End(StrEnum):
         tan α = +μ0: the tip slips in the direction opposite to the motion of the clamp.
     SWINGS_ASIDE
         A round rod buckles laterally, with the contact point on or near the clamp's axis
-        (docs/lateral.md). It then trails behind the clamp until its tip slips; this motion is
+        (docs/lateral.md). The rod then trails behind the clamp until its tip slips; this motion is
         computed for the ideal mounting only.
     SNAPS
         Limit point: x0 has a maximum, and a rod that stays in its plane snaps through.
@@ -112,5 +113,5 @@ class Solver(StrEnum):
 
     @property
     def by_step(self) -> bool:
-        """Whether a curve holds for one Δx0 only, because the solver advances in steps of Δx0."""
+        """Whether a curve serves one Δx0 only, because the solver advances in steps of Δx0."""
         return self is Solver.SHOOTING

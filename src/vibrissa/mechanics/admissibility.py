@@ -58,14 +58,19 @@ CROSSES_ITSELF = "the rod crosses itself"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Clearance(Batch):
-    """Clearances of shapes (L); negative if inadmissible, infinite if too large to matter.
+    """Clearances of n rods (L): negative where a shape is inadmissible.
+
+    A clearance is infinite where the rod has no local minimum or maximum, or turns too little to
+    meet itself.
 
     Attributes
     ----------
     clamp : ndarray, shape (n,)
-        Height above the clamp of the lowest point at which the rod turns upwards again.
+        Height of the rod's lowest local minimum above the clamp.
     surface : ndarray, shape (n,)
-        Distance below the surface of the highest point of an arch or of a rising tail.
+        Depth of the rod's highest local maximum below the surface; infinite if φ1 < 0 in tip
+        contact. It is also negative where the tail beyond the contact point rises above the
+        surface.
     itself : ndarray, shape (n,)
         Smallest distance between two parts of the rod; negative if they overlap.
     """
@@ -80,13 +85,19 @@ class Clearance(Batch):
         return np.minimum(np.minimum(self.clamp, self.surface), self.itself)
 
     def reasons(self, row: int) -> str:
-        """Reasons why one shape is inadmissible; empty if it is admissible."""
+        """State why the shape in a row is inadmissible; empty if it is admissible."""
         limits = {BELOW: self.clamp, CROSSES_SURFACE: self.surface, CROSSES_ITSELF: self.itself}
         return "; ".join(reason for reason, c in limits.items() if c[row] < -TOLERANCE)
 
 
 def clearances(states: RodStates, eta: FloatArray) -> Clearance:
-    """Measure the clearances of shapes below surfaces at the heights `eta` (L), shape (n,)."""
+    """Measure how far rods are from their clamps, from their surfaces and from themselves.
+
+    Parameters
+    ----------
+    eta : ndarray, shape (n,)
+        Height of each rod's surface above its clamp (L).
+    """
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
     curved, curls = states.curvature.shape[1] > 0, np.zeros(len(states), dtype=bool)
@@ -131,7 +142,7 @@ class _Shapes(Batch):
     slope, along, up, bend : ndarray
         Coefficients of φ, dx/dτ, dy/dτ and dφ/dτ.
     curvature : ndarray, shape (n, k)
-        Coefficients of κ0 of the tails, which are at 1 < τ ≤ 2; k = 0 without tails.
+        Coefficients of κ0, which give the tails at 1 < τ ≤ 2; k = 0 if no tail is examined.
     """
 
     slope: FloatArray
@@ -168,7 +179,10 @@ class _Shapes(Batch):
         return 2.0 if self.curvature.shape[1] else 1.0
 
     def at(self, tau: FloatArray) -> "_Places":
-        """Evaluate shapes at places τ: common ones, shape (1, places), or own ones, (n, places)."""
+        """Evaluate shapes at places τ.
+
+        The shape of `tau` is (1, places) if the places are common to all, otherwise (n, places).
+        """
         values, integrals = legendre_series(self.slope.shape[1], np.minimum(tau, 1.0))
 
         def summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
@@ -201,7 +215,7 @@ class _Shapes(Batch):
         return np.sin(place.phi[:, 0]), np.cos(place.phi[:, 0]) * place.bend[:, 0]
 
     def extreme(self, known: "_Places", *, lowest: bool) -> FloatArray:
-        """Height of each shape's lowest or highest inner point; ∞ or −∞ if there is none."""
+        """Height of the lowest local minimum, or highest maximum; ∞ or −∞ if there is none."""
         sign = 1.0 if lowest else -1.0
         rise = sign * np.sin(known.phi)
         # The height has a minimum, or a maximum, between two places.
@@ -220,9 +234,10 @@ class _Shapes(Batch):
         return found
 
     def gaps(self) -> FloatArray:
-        """Smallest distance of two parts of each shape; negative if they overlap, infinite if far.
+        """Smallest distance between two parts of each shape; negative if they overlap.
 
-        Only parts between which the rod turns by more than `HALF_TURN` are compared.
+        Only parts between which the rod turns by more than `HALF_TURN` are compared. If there are
+        none, the distance is infinite.
         """
         tau = np.append(gauss_rule(self.slope.shape[1]).nodes[::STRIDE], 1.0)
         if self.curvature.shape[1]:
@@ -244,9 +259,10 @@ class _Shapes(Batch):
         return found
 
     def nearest(self, start: FloatArray, *, tip: bool) -> FloatArray:
-        """Refine smallest distances of two parts by Newton's method; NaN where this fails.
+        """Refine smallest distances between two parts by Newton's method; NaN where this fails.
 
-        It starts from pairs of places, shape (n, 2); with `tip`, the second one stays at the tip.
+        Each row of `start` has the places τ of the two parts, shape (n, 2). With `tip`, the second
+        part stays at the tip.
         """
         tau = start.copy()
         if tip:

@@ -22,22 +22,23 @@ A_LITTLE = 0.03
 def stability_aside(states: RodStates) -> FloatArray:
     """Compute margins against lateral buckling, with clamp and contact point held.
 
-    An equilibrium is a minimum of the energy in space if the second variation (D1) of
-    docs/lateral.md is positive for every small rotation ω(s) about axes in the plane that keeps the
-    contact point in the plane. A rigid clamp has ω(0) = 0; a compliant clamp adds (sin γ/γ)·q²/c
-    (D9).
+    Let each cross-section turn by a small rotation ω(s) about an axis in the plane of bending. An
+    equilibrium is a minimum of the energy in space if the second variation, (D1) of docs/lateral.md
+    (which defines the symbols), is positive for every ω that keeps the contact point in the plane.
+    A rigid clamp has ω(0) = 0. A compliant clamp turns too, and its energy (D9) is added to (D1).
 
     Returns
     -------
     ndarray, shape (n,)
-        Smallest ratio of the second variation to its elastic part: at most 1, positive where the
-        rod stays in its plane, zero where it buckles.
+        Smallest ratio of the second variation to its elastic part (bending, torsion and clamp,
+        without the loads). It is at most 1, positive where the rod stays in its plane, and zero
+        where the rod buckles.
 
     Notes
     -----
-    The unknowns u are scaled so that the elastic part of (D1) is Σ u². In (D1)
-    −(F·ω)(ω·t) + (F·t)·|ω|² is (F·t)·(ω·n)² − (F·n)·(ω·t)(ω·n), and −M·(ω×ω')_z is
-    M·((ω·n)·(ω'·t) − (ω·t)·(ω'·n)).
+    The unknowns u are scaled so that the elastic part is Σ u². In the directions t and n, the terms
+    −(F·ω)(ω·t) + (F·t)·|ω|² of (D1) are (F·t)·(ω·n)² − (F·n)·(ω·t)(ω·n), and the term −M·(ω×ω')_z
+    is M·((ω·n)·(ω'·t) − (ω·t)·(ω'·n)).
     """
     nodes, rule = states.nodes, gauss_rule(states.nodes)
     # Each column is a state, so that one matrix product integrates along all rods.
@@ -89,7 +90,7 @@ def stability_aside(states: RodStates) -> FloatArray:
 
 
 def _clamp_turn(states: RodStates) -> FloatArray:
-    """Rotation ω(0) of a compliant clamp per unit of its unknown u, by (D9); shape (2, n)."""
+    """Rotation ω(0) of each compliant clamp about x and y for u = 1, by (D9); shape (2, n)."""
     axis = CLAMP_SLOPE + states.clamp_angle
     turn = states.clamp_compliance * ends(states).moment
     # np.sinc(x) is sin(πx)/(πx).

@@ -11,7 +11,8 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 
 # Points along a rod, one Runge–Kutta step apart: the measures are then accurate to 1e-6 up to
-# θ = 20. SciPy's integrators would take half a second to load.
+# θ = 20, or θ = 4 if the rod passes through the surface. SciPy's integrators would take half a
+# second to load.
 POINTS = 201
 
 
@@ -30,7 +31,7 @@ class Bending(Batch):
     place : ndarray, shape (n,)
         Arc length at which the strain is largest (L), accurate to 0.005 L.
     turn : ndarray, shape (n,)
-        Angle π/2 − φ1 by which the rod turns at the contact (rad).
+        Angle π/2 − φ1 between the normal of the surface and the rod at its contact point (rad).
     """
 
     energy: FloatArray
@@ -49,19 +50,24 @@ def measure(
     s_c: FloatArray | float = 1.0,
     mounting: Mounting = IDEAL,
 ) -> Bending:
-    """Measure the bending of many rods under known contact forces, integrated together.
+    """Measure the bending of n rods under known contact forces.
 
     Parameters
     ----------
     theta, f, alpha : ndarray, shape (n,)
-        Taper, contact force (E·I0/L²) and its inclination (rad).
+        Taper factor, and magnitude (E·I0/L²) and inclination (rad) of the contact force.
     x_c, y_c, s_c : ndarray, shape (n,)
-        Contact point relative to the clamp, and its arc length (L).
+        Position of the contact point relative to the clamp, and its arc length (L).
+    mounting : Mounting
+        Mounting of all rods.
 
     Notes
     -----
-    The strain is |m|/(2·d³), as B = d⁴. It is largest at the clamp or where m'/m = 3·d'/d. In a
-    slightly bent rod with θ > 3/2 this is where d is 3/2 of the tip diameter.
+    The strain is |m|/(2·d³), as B = d⁴. It is largest at the clamp or where m'/m = 3·d'/d. If a
+    small transverse force bends a rod with θ > 3/2, this is where d is 3/2 of the tip diameter.
+
+    The measures are unreliable if θ > 8 and the rod passes through the surface (φ1 < 0 in tip
+    contact).
     """
 
     def moment(x: FloatArray | float, y: FloatArray | float) -> FloatArray:

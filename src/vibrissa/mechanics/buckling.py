@@ -36,10 +36,10 @@ def buckling_load(theta: FloatArray) -> FloatArray:
 
 
 def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
-    """Slope ψ = φ − π/2 of the first buckling mode, scaled to ψ(1) = −1; shape (n, points).
+    """Slope ψ = φ − π/2 of the first buckling mode at `tau`, scaled to −1 at the tip.
 
-    With κ = θ·√f the moment is m ∝ d·sin(κ·(1 − τ)), which solves d⁴·m'' + f·m = 0, and
-    ψ = −m'/f.
+    For the buckling load f and κ = θ·√f, the moment m ∝ d·sin(κ·(1 − τ)) solves
+    d⁴·m'' + f·m = 0, and ψ = −m'/f. The result has the shape (n, len(tau)).
     """
     theta = np.asarray(theta, dtype=float)[:, None]
     kappa = _wave_number(theta)
@@ -49,7 +49,13 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
 
 
 def buckled_unknowns(theta: FloatArray, eta: FloatArray, nodes: int) -> FloatArray:
-    """Guess unknowns at α = 0, shape (n, nodes + 3): the buckling mode scaled to heights near η."""
+    """Guess states with α = 0 in tip contact: buckling modes scaled to heights near `eta`.
+
+    Returns
+    -------
+    ndarray, shape (n, nodes + 3)
+        Unknowns of the states, as in `vibrissa.mechanics.states.RodStates`.
+    """
     rule = gauss_rule(nodes)
     mode = buckling_mode(rule.nodes, theta)
     weights = rule.weights * arc_density(rule.nodes, theta[:, None])

@@ -19,14 +19,19 @@ def rod_equations(
     y1: float,
     curvature: tuple[float, ...] = (0.0,),
 ) -> Callable[[float, FloatArray], tuple[float, float, float]]:
-    """Right-hand side of paper equation (2): a function from s and (x, y, φ) to (x', y', φ').
+    """Make a function that evaluates the differential equations of the rod, paper equation (2).
 
     Parameters
     ----------
     x1, y1 : float
-        Contact point (L).
+        Position of the contact point (L).
     curvature : tuple of float
         Natural curvature κ0: coefficients of the powers of s, lowest first.
+
+    Returns
+    -------
+    callable
+        Function that maps s and (x, y, φ) to the derivatives (x', y', φ').
     """
     highest, *lower = reversed(curvature)
     cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
@@ -55,16 +60,17 @@ def deformed_shape(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Shape x, y (L), φ (rad) of the rod under a known contact force, with the clamp at the origin.
 
-    The end of the shape meets (x1, y1) only if the force is the equilibrium one.
+    The force acts at the contact point (x1 − (1 − s_c), y1). The rod meets this point only if the
+    force is that of an equilibrium.
 
     Parameters
     ----------
     x1, y1 : float
-        Position of the tip relative to the clamp (L).
+        Position of the tip relative to the clamp (L) if the part beyond s_c lies on the surface.
     s : ndarray, shape (points,)
-        Arc lengths from 0 to 1, increasing (L).
+        Arc lengths between 0 and 1, increasing (L).
     s_c : float
-        Arc length of the contact point; beyond it the rod has its natural shape.
+        Arc length of the contact point (L); beyond it the rod has its natural shape.
     """
     from scipy.integrate import solve_ivp  # half a second to load
 

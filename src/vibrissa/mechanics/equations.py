@@ -50,16 +50,16 @@ OFFSET, FX, FY, S_C, PHI1 = range(5)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ClosingCondition(Batch):
-    """Conditions E2 and E3, which close the equations of a batch of states.
+    """Height and prescribed quantity, E2 and E3, which close the equations of n states.
 
-    Each form of E3 is a linear equation: weights·(offset, fx, fy, s_c, φ1) = value.
+    Every form of E3 prescribes a weighted sum: weights·(offset, fx, fy, s_c, φ1) = value.
 
     Attributes
     ----------
     height, tilt : ndarray, shape (n,)
-        Right side of E2 (L), and tan δ.
+        Right-hand side of E2 (L), and tan δ for the angle δ of the stage.
     weights, value : ndarray, shape (n, 5) and (n,)
-        Weights and value of E3.
+        Weights of the five quantities in the sum E3, and the value of the sum.
     """
 
     height: FloatArray
@@ -75,7 +75,13 @@ class ClosingCondition(Batch):
         value: FloatArray | float = 0.0,
         tilt: FloatArray | float = 0.0,
     ) -> Self:
-        """Prescribe a weighted sum as E3; the keys of `weights` are `OFFSET`, `FX`, ..."""
+        """Prescribe the value of a weighted sum as E3.
+
+        Parameters
+        ----------
+        weights : mapping
+            Weights by the indices of the quantities, `OFFSET` to `PHI1`. Missing weights are zero.
+        """
         every = np.zeros((len(height), 5))
         for quantity, weight in weights.items():
             every[:, quantity] = weight
@@ -84,7 +90,7 @@ class ClosingCondition(Batch):
 
 
 class _Integrands(NamedTuple):
-    """Integrands with respect to τ, at the nodes along the rod; shape (n, nodes) each."""
+    """Functions to be integrated over τ: their values at the nodes, shape (n, nodes) each."""
 
     height: FloatArray
     reach: FloatArray
@@ -93,7 +99,7 @@ class _Integrands(NamedTuple):
 
 
 def _integrands(states: RodStates) -> _Integrands:
-    """Compute the integrands of height, reach, moment and slope.
+    """Evaluate the integrands of height, reach, moment and slope.
 
     The moment gradient is m' = fx·sin φ − fy·cos φ = f·cos(φ − α).
     """
@@ -110,15 +116,16 @@ def bending_moment(states: RodStates) -> FloatArray:
 
 
 class Ends(NamedTuple):
-    """Quantities of states at the clamp and at the contact point.
+    """Quantities of n states at the clamp and at the contact point.
 
     Attributes
     ----------
-    offset, height : ndarray, shape (n,)
-        Position of the tip along the surface, ∫cos φ ds + 1 − s_c, and height of the surface above
-        the clamp, ∫sin φ ds (L).
+    offset : ndarray, shape (n,)
+        Distance of the tip ahead of the clamp along the surface, ∫cos φ ds + 1 − s_c (L).
+    height : ndarray, shape (n,)
+        Height of the contact point above the clamp, ∫sin φ ds (L).
     moment : ndarray, shape (n,)
-        Clamp reaction moment m(0) (E·I0/L).
+        Bending moment m(0) at the clamp (E·I0/L).
     phi1 : ndarray, shape (n,)
         Slope at the contact point (rad).
     """
@@ -130,7 +137,7 @@ class Ends(NamedTuple):
 
 
 def ends(states: RodStates) -> Ends:
-    """Evaluate states at both ends of the free part; φ1 follows from E1 at s = s_c."""
+    """Evaluate states at the clamp and at the contact point, whose slope follows from E1."""
     return _ends(states, _integrands(states))
 
 
@@ -147,7 +154,14 @@ def _ends(states: RodStates, integrands: _Integrands) -> Ends:
 
 
 def residuals(states: RodStates, closing: ClosingCondition) -> FloatArray:
-    """Residuals of E1 at the nodes, E2, E3 and E4, in this order; shape (n, nodes + 3)."""
+    """Residuals of the equations of n states.
+
+    Returns
+    -------
+    ndarray, shape (n, nodes + 3)
+        Residuals of E1, the slope at each node; of E2, the height; of E3, the prescribed quantity;
+        and of E4, the kind of contact; in this order.
+    """
     nodes, rule = states.nodes, gauss_rule(states.nodes)
     integrands = _integrands(states)
     end = _ends(states, integrands)
@@ -163,7 +177,10 @@ def residuals(states: RodStates, closing: ClosingCondition) -> FloatArray:
 
 
 def largest_residual(states: RodStates, closing: ClosingCondition) -> FloatArray:
-    """Largest residual of E1 to E4, measured on more than twice the nodes, shape (n,)."""
+    """Largest residual of each state, also between its nodes, shape (n,).
+
+    The equations E1 to E4 are evaluated on more than twice as many nodes.
+    """
     largest = np.empty(len(states))
     for some in slices(len(states), STATES_AT_ONCE):
         fine = states.take(some).on_nodes(2 * states.nodes + 7)
@@ -172,14 +189,16 @@ def largest_residual(states: RodStates, closing: ClosingCondition) -> FloatArray
 
 
 class Derivatives(NamedTuple):
-    """Derivatives with respect to the unknowns, which the last axis counts.
+    """Derivatives of n states with respect to their unknowns; the last axis counts the unknowns.
 
     Attributes
     ----------
     slope : ndarray, shape (n, nodes, nodes + 3)
-        Derivatives of the residual of E1.
-    height, ends : ndarray, shape (n, nodes + 3) and (n, 5, nodes + 3)
-        Derivatives of ∫ sin φ ds, and of offset, fx, fy, s_c and φ1.
+        Derivatives of the residuals of E1, the slope at the nodes.
+    height : ndarray, shape (n, nodes + 3)
+        Derivatives of the height ∫ sin φ ds.
+    ends : ndarray, shape (n, 5, nodes + 3)
+        Derivatives of the quantities in E3: offset, fx, fy, s_c and φ1.
     """
 
     slope: FloatArray
@@ -188,7 +207,7 @@ class Derivatives(NamedTuple):
 
 
 def derivatives(states: RodStates) -> Derivatives:
-    """Differentiate E1, the height and the quantities of E3 with respect to the unknowns."""
+    """Compute the derivatives from which `jacobian` is composed."""
     nodes, rule = states.nodes, gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
     sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
@@ -223,7 +242,7 @@ def derivatives(states: RodStates) -> Derivatives:
 
 
 def _natural_growth(states: RodStates, tau: FloatArray) -> FloatArray:
-    """Differentiate ∫₀ˢ κ0 with respect to s_c at fixed τ."""
+    """Differentiate the slope ∫₀ˢ κ0 du of the unloaded rod with respect to s_c at fixed τ."""
     growth = arc_length_growth(tau, states.theta[:, None], states.s_c[:, None])
     return polynomial(states.curvature, states.arc_length(tau)) * growth
 
@@ -231,7 +250,13 @@ def _natural_growth(states: RodStates, tau: FloatArray) -> FloatArray:
 def jacobian(
     states: RodStates, closing: ClosingCondition, changes: Derivatives | None = None
 ) -> FloatArray:
-    """Differentiate `residuals` with respect to the unknowns, shape (n, nodes + 3, nodes + 3)."""
+    """Differentiate `residuals` with respect to the unknowns, shape (n, nodes + 3, nodes + 3).
+
+    Parameters
+    ----------
+    changes : Derivatives, optional
+        The `derivatives` of the states, if they are known already.
+    """
     slope, height, by_ends = derivatives(states) if changes is None else changes
     matrix = np.empty((len(states), states.nodes + 3, states.nodes + 3))
     matrix[:, :-3] = slope
@@ -242,7 +267,7 @@ def jacobian(
 
 
 def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Deformed shape, including the part that lies on the surface, with the clamp at the origin.
+    """Deformed shapes, including the part beyond the contact point, with the clamp at the origin.
 
     Parameters
     ----------
@@ -273,9 +298,9 @@ def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, Flo
 
 
 def coefficient_decay(states: RodStates) -> FloatArray:
-    """Size of the last Legendre coefficients of φ relative to the largest, shape (n,).
+    """Size of the last two Legendre coefficients of φ relative to the largest one, shape (n,).
 
-    Near rounding error where φ is resolved; of order one where it is not.
+    It is near rounding error where the nodes resolve φ, and of order one where they do not.
     """
     coefficients = np.abs(states.phi @ gauss_rule(states.nodes).to_coefficients.T)
     return np.asarray(coefficients[:, -2:].max(axis=1) / coefficients.max(axis=1))

@@ -41,7 +41,8 @@ class Mounting:
         Natural curvature κ0·L of the rod: a constant, or the coefficients of the powers of s,
         lowest first. Where it is negative the rod turns away from the surface, towards +x.
     stage_angle : float
-        Angle δ of the clamp's path to the surface (rad); positive if the clamp approaches it.
+        Angle δ between the clamp's path and the surface (rad); positive if the clamp approaches the
+        surface.
 
     Raises
     ------
@@ -112,9 +113,13 @@ IDEAL = Mounting()
 
 
 def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
-    """Properties of rods, shape (n, 3 + k): θ, β (rad), c (L/(E·I0)) and k coefficients of κ0.
+    """Tabulate the properties of n rods.
 
-    If all rods are straight, k = 0.
+    Returns
+    -------
+    ndarray, shape (n, 3 + k)
+        θ, β (rad), c (L/(E·I0)) and k coefficients of κ0 in each row; k = 0 if all rods are
+        straight.
     """
     count = max((len(one.coefficients) for one in mountings if any(one.coefficients)), default=0)
     columns = np.zeros((len(mountings), 3 + count))
@@ -129,19 +134,20 @@ def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
 def tail(
     curvature: FloatArray, start: FloatArray, stop: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Natural shape of rods between two arc lengths, relative to position and slope at the first.
+    """Natural shapes of n rods from `start` to `stop`, as seen from `start`.
 
     Parameters
     ----------
     curvature : ndarray, shape (n, k)
         Coefficients of κ0 (1/L), lowest power of s first.
     start, stop : ndarray, shape (n, points)
-        First and last arc length (L).
+        Arc lengths at the beginning and at the end of each shape (L).
 
     Returns
     -------
     along, up, turn : ndarray, shape (n, points)
-        Distances along the tangent at `start` and normal to it (L), and change of slope (rad).
+        Position of the end relative to the beginning, along the tangent at the beginning and normal
+        to it (L), and difference between the slopes at both (rad).
     """
     integral = curvature / np.arange(1, curvature.shape[1] + 1)
     begin, length = start * polynomial(integral, start), stop - start
@@ -158,7 +164,13 @@ def tail(
 
 
 def polynomial(coefficients: FloatArray, s: FloatArray) -> FloatArray:
-    """Evaluate polynomials with coefficients (n, k), lowest power first, at places (n, points)."""
+    """Evaluate n polynomials, each at its own row of `s`, shape (n, points).
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (n, k)
+        Coefficients, lowest power first.
+    """
     value = np.zeros_like(s)
     for coefficient in coefficients.T[::-1]:
         value = value * s + coefficient[:, None]

@@ -18,7 +18,7 @@ ROUNDING = 1e-9
 
 
 class Solution(NamedTuple):
-    """Result of Newton's iteration; states are NaN where it did not converge."""
+    """Result of Newton's iteration; the unknowns are NaN in states that did not converge."""
 
     states: RodStates
     converged: BoolArray
@@ -32,12 +32,13 @@ def solve(
     tolerance: float = 1e-12,
     iterations: int = MAX_ITERATIONS,
 ) -> Solution:
-    """Solve a batch of states at once, starting from a guess.
+    """Solve the equations of n states by Newton's method, starting from a guess.
 
     Parameters
     ----------
     tolerance : float
-        Size of a correction at which the iteration ends; the error is then a hundredth of it.
+        Size of a correction below which the iteration of a state ends: in rad for a slope, relative
+        to 1 + |fx| + |fy| for fx, fy and s_c. The error is then about a hundredth of it.
     iterations : int
         Largest number of corrections.
     """
@@ -94,12 +95,18 @@ def _size(unknowns: FloatArray, change: FloatArray) -> FloatArray:
 
 
 def coarse_nodes(nodes: int) -> int:
-    """Choose the number of nodes of the Jacobian for states on `nodes` nodes."""
+    """Choose the number of nodes on which the Jacobian of states with `nodes` nodes is computed."""
     return min(nodes, max(FEWEST_COARSE_NODES, round(COARSE_NODES * nodes)))
 
 
 def coarse_inverse(states: RodStates, closing: ClosingCondition) -> FloatArray:
-    """Inverse of the Jacobian on k = `coarse_nodes`, shape (n, k + 3, k + 3); NaN if singular."""
+    """Compute the Jacobians of states on fewer nodes, and invert them.
+
+    Returns
+    -------
+    ndarray, shape (n, k + 3, k + 3)
+        Inverse Jacobians on k nodes, the number that `coarse_nodes` chooses; NaN if singular.
+    """
     few = states.on_nodes(coarse_nodes(states.nodes))
     return _inverted(jacobian(few, closing))
 
@@ -120,7 +127,7 @@ class Tangent(NamedTuple):
     Attributes
     ----------
     change : ndarray, shape (n, nodes + 3)
-        Derivatives of the unknowns, from a Jacobian on `coarse_nodes`.
+        Derivatives of the unknowns, from a Jacobian on fewer nodes.
     ends : ndarray, shape (n, 5)
         Derivatives of offset, fx, fy, s_c and φ1.
     """

@@ -16,23 +16,24 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
     """Compute margins of stability in the plane, with clamp and contact point held.
 
     An equilibrium is a minimum of the energy if the second variation
-    ∫ B·ψ'² ds + ∫ (fx·cos φ + fy·sin φ)·ψ² ds is positive for every variation ψ of the slope with
-    ψ(0) = 0 that keeps the contact point: ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0, and in line contact of a
-    rod with κ0(s_c) = 0 also ψ(s_c) = 0.
+    ∫ B·ψ'² ds + ∫ (fx·cos φ + fy·sin φ)·ψ² ds is positive for every admissible change ψ(s) of the
+    slope. Such a change does not turn the clamp, ψ(0) = 0, and does not move the contact point,
+    ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0. In line contact of a rod with κ0(s_c) = 0, also ψ(s_c) = 0.
 
-    A compliant clamp frees ψ(0) and adds ψ(0)²/c. A rod curved away from the surface, κ0(s_c) < 0,
-    rolls over its contact point: this frees ψ(s_c) and adds fy·ψ(s_c)²/κ0(s_c) > 0.
+    A compliant clamp turns: ψ(0) is free, and ψ(0)²/c is added to the second variation. In line
+    contact a rod that curves away from the surface, κ0(s_c) < 0, rolls over its contact point:
+    ψ(s_c) is free, and fy·ψ(s_c)²/κ0(s_c) > 0 is added.
 
     Parameters
     ----------
     slides : bool
-        Whether the contact point is free to slide along the surface: only its height is held.
+        Whether the contact point is free to slide along the surface, with only its height held.
 
     Returns
     -------
     ndarray, shape (n,)
-        Smallest ratio of the second variation to its elastic part: at most 1, positive where the
-        equilibrium is stable, zero at the limit of stability.
+        Smallest ratio of the second variation to its elastic part, ∫ B·ψ'² ds + ψ(0)²/c. It is at
+        most 1, positive where the equilibrium is stable, and zero at the limit of stability.
     """
     rule = gauss_rule(states.nodes)
     # Each column is a state, so that one matrix product integrates along all rods.
@@ -57,7 +58,7 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
         return np.concatenate([bend * (integral.T @ along), turn * along.sum(axis=0)[None]])
 
     def load_variation(u: FloatArray) -> FloatArray:
-        """Half the derivative of the second variation by u, without the elastic part."""
+        """Differentiate half the second variation without its elastic part with respect to u."""
         psi = integral @ (bend * u[:-1]) + turn * u[-1]
         return transposed(load * psi) + held * touch * (touch * u).sum(axis=0)
 

@@ -27,10 +27,11 @@ class RodStates(Batch):
     rods : ndarray, shape (n, 3 + k)
         Properties of each rod (`vibrissa.mechanics.mounting.rod_columns`).
     unknowns : ndarray, shape (n, nodes + 3)
-        Slope φ (rad) at the Gauss nodes in τ on the free part, contact force fx and fy on the rod
-        (E·I0/L²; f·sin α and −f·cos α), and arc length s_c of the contact point (L).
+        Slope φ (rad) at the Gauss nodes in τ between clamp and contact point, contact force on the
+        rod, fx = f·sin α and fy = −f·cos α (E·I0/L²), and arc length s_c of the contact point (L).
     line : ndarray of bool, shape (n,)
-        Whether the rod lies along the surface beyond s_c; otherwise its tip alone touches.
+        Whether the rod is in line contact and touches tangentially at s_c; otherwise only its tip
+        touches.
     """
 
     rods: FloatArray
@@ -39,7 +40,7 @@ class RodStates(Batch):
 
     @property
     def nodes(self) -> int:
-        """Number of collocation nodes along the rod."""
+        """Number of collocation nodes between clamp and contact point."""
         return int(self.unknowns.shape[-1]) - SCALARS
 
     @property
@@ -91,15 +92,18 @@ class RodStates(Batch):
         return replace(self, unknowns=unknowns)
 
     def densities(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return ds/dτ (L) and B⁻¹·ds/dτ (L/(E·I0)), each of shape (n, len(tau))."""
+        """Evaluate ds/dτ (L) and B⁻¹·ds/dτ (L/(E·I0)) at `tau`, each of shape (n, len(tau))."""
         return densities(tau, self.theta[:, None], self.s_c[:, None])
 
     def arc_length(self, tau: FloatArray) -> FloatArray:
-        """Arc length at bending coordinates of the free part, shape (n, len(tau))."""
+        """Arc length at the bending coordinates `tau` (L), shape (n, len(tau))."""
         return arc_length(tau, self.theta[:, None], self.s_c[:, None])
 
     def natural_slope(self, tau: FloatArray) -> FloatArray:
-        """Slope of the unloaded rod, π/2 + β + ∫₀ˢ κ0, shape (n, len(tau)) or (n, 1)."""
+        """Slope of the unloaded rod at `tau`, π/2 + β + ∫₀ˢ κ0 du (rad).
+
+        The shape is (n, len(tau)), or (n, 1) if all rods are straight.
+        """
         upright = CLAMP_SLOPE + self.rods[:, 1:2]
         if not self.curvature.shape[1]:
             return upright
@@ -111,7 +115,7 @@ class RodStates(Batch):
 
 @lru_cache
 def transfer(nodes: int, other: int) -> FloatArray:
-    """Matrix that interpolates unknowns from `nodes` to `other` nodes, applied from the right."""
+    """Matrix that interpolates unknowns from `nodes` to `other` nodes: ``unknowns @ matrix``."""
     matrix = np.eye(nodes + SCALARS, other + SCALARS, k=other - nodes)
     matrix[:, :other] = 0.0
     matrix[:nodes, :other] = (
@@ -136,10 +140,10 @@ class ContactState(Batch):
         Arc length of the contact point, in units of L; 1 in point contact.
     stability : ndarray or float
         Margin of stability in the plane (`vibrissa.mechanics.stability`): positive where the
-        equilibrium is stable; NaN by shooting.
+        equilibrium is stable; NaN if the solver was shooting.
     stability_aside : ndarray or float
         Margin out of the plane (`vibrissa.mechanics.aside`): positive where the rod stays in its
-        plane; NaN by shooting and for a planar section.
+        plane; NaN if the solver was shooting, and for a planar section.
     """
 
     reaction_fx: Values

@@ -40,15 +40,16 @@ def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
 
 
 def bending_coordinate(s: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
-    """Bending coordinate of an arc length up to s_c (L), the inverse of s(τ) = θ·s_c·τ/h.
+    """Bending coordinate τ at the arc length s (L), from 0 at the clamp to 1 at s = s_c.
 
-    Here h = θ − (θ − 1)·s_c·(1 − τ), which is proportional to 1/d(s(τ)).
+    It is the inverse of s(τ) = θ·s_c·τ/h with h = θ − (θ − 1)·s_c·(1 − τ), which is proportional to
+    1/d(s(τ)).
     """
     return np.asarray(s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s)))
 
 
 def arc_length(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
-    """Arc length s(τ) = θ·s_c·τ/h (L), the inverse of `bending_coordinate`."""
+    """Arc length s(τ) = θ·s_c·τ/h (L), the inverse of `bending_coordinate`, which defines h."""
     return np.asarray(theta * s_c * tau / _inverse_diameter(tau, theta, s_c))
 
 
@@ -58,12 +59,15 @@ def arc_length_growth(tau: Floats, theta: Floats, s_c: Floats) -> FloatArray:
 
 
 def arc_density(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
-    """Return ds/dτ = θ·s_c·g/h² (L), which is proportional to d², with g = θ − (θ − 1)·s_c."""
+    """Differentiate `arc_length` with respect to τ (L); the result is proportional to d².
+
+    It is ds/dτ = θ·s_c·g/h² with g = θ − (θ − 1)·s_c, and h as in `bending_coordinate`.
+    """
     return densities(tau, theta, s_c)[0]
 
 
 def densities(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> tuple[FloatArray, FloatArray]:
-    """Return ds/dτ (L), as `arc_density`, and B⁻¹·ds/dτ = θ·s_c·h²/g³ (L/(E·I0))."""
+    """Return ds/dτ (L) and B⁻¹·ds/dτ = θ·s_c·h²/g³ (L/(E·I0)); `arc_density` defines g and h."""
     shrinks, free = (theta - 1.0) * s_c, theta * s_c
     g = theta - shrinks
     square = np.asarray((g + shrinks * tau) ** 2)
@@ -71,7 +75,7 @@ def densities(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> tuple[FloatArray
 
 
 def density_growth(tau: Floats, theta: Floats, s_c: Floats) -> tuple[FloatArray, FloatArray]:
-    """Logarithmic derivatives of both `densities` with respect to s_c (1/L)."""
+    """Differentiate the logarithms of both `densities` with respect to s_c at a fixed τ (1/L)."""
     h_growth = -(theta - 1.0) * (1.0 - tau) / _inverse_diameter(tau, theta, s_c)
     g_growth = -(theta - 1.0) / _inverse_diameter(0.0, theta, s_c)
     return 1.0 / s_c + g_growth - 2.0 * h_growth, 1.0 / s_c + 2.0 * h_growth - 3.0 * g_growth

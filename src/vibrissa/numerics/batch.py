@@ -36,7 +36,7 @@ class Batch:
         raise TypeError(f"{type(self).__name__} has no columns")
 
     def each(self, change: Callable[[FloatArray], FloatArray]) -> Self:
-        """Apply a function to every column, also of nested batches."""
+        """Apply a function to every column, also to those of nested batches."""
         # Without the constructor, which takes as long as the solution of a small state.
         changed = object.__new__(type(self))
         for name in self.__dataclass_fields__:
@@ -57,7 +57,7 @@ class Batch:
         return self.each(np.ndarray.copy)
 
     def put(self, index: Index, other: Self) -> None:
-        """Overwrite the rows at `index` by those of `other`, in place."""
+        """Replace the rows at `index` with the rows of `other`, in place."""
         for name in self.__dataclass_fields__:
             values = other.__dict__[name]
             if isinstance(values, np.ndarray):
@@ -67,7 +67,7 @@ class Batch:
 
     @classmethod
     def concatenate(cls, parts: Sequence[Self]) -> Self:
-        """Join batches row-wise; fields that are no columns come from the first batch."""
+        """Join the rows of batches; fields that hold for all rows come from the first batch."""
         joined: dict[str, Any] = {}
         for name in cls.__dataclass_fields__:
             columns = [part.__dict__[name] for part in parts]

@@ -18,16 +18,19 @@ NOTHING = 1e-14
 def smallest_eigenvalue(
     operator: Callable[[FloatArray], FloatArray], start: FloatArray, normals: Sequence[FloatArray]
 ) -> FloatArray:
-    """Smallest eigenvalues of n symmetric operators among vectors orthogonal to `normals`.
+    """Smallest eigenvalue of each of n symmetric operators, restricted to a subspace.
+
+    In arrays of the shape (size, n), column i has a vector for operator i. The subspace of operator
+    i consists of the vectors that are orthogonal to column i of all `normals`.
 
     Parameters
     ----------
     operator : callable
-        Applies each operator to its vector; maps an array of shape (size, n) to another.
+        Applies operator i to column i of an array, for all i; returns an array of the same shape.
     start : ndarray, shape (size, n)
         Guesses of the eigenvectors; an eigenvector orthogonal to its guess is missed.
     normals : sequence of ndarray, shape (size, n)
-        Vectors to which the eigenvectors must be orthogonal; zeros exclude nothing.
+        Vectors normal to the subspaces; a column of zeros does not restrict its subspace.
 
     Returns
     -------

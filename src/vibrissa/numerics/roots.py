@@ -88,7 +88,8 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
     Returns
     -------
     ndarray of int, shape (m,)
-        Index of the first member that is not below the level; k if all are below, or for NaN.
+        Index of the first member that is not below the level. It is k if all members are below the
+        level, or if the level is NaN.
     """
     count = rising.shape[1]
     below = np.zeros(len(level), dtype=np.int64)
@@ -100,9 +101,10 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
 
 
 def first_fall(function: "BPoly") -> float:
-    """Find where a piecewise polynomial first falls to zero or below; NaN if it stays positive.
+    """Find where a piecewise polynomial first ceases to be positive; NaN if it stays positive.
 
-    The polynomial may jump between pieces, and may begin at zero.
+    The polynomial may jump to zero or below between two pieces. A zero at its beginning, from which
+    it rises, or a zero that it only touches does not count.
     """
     degree = len(function.c) - 1
     for piece in np.flatnonzero(function.c.min(axis=0) <= 0.0):

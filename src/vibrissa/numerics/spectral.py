@@ -23,7 +23,7 @@ class GaussRule(NamedTuple):
     weights : ndarray, shape (n,)
         Quadrature weights of ∫₀¹.
     from_start, to_end : ndarray, shape (n, n)
-        Map values at the nodes to their integrals ∫₀^τ and ∫_τ¹ at the nodes.
+        Map values at the nodes to the integrals ∫₀^τ and ∫_τ¹ at each node τ.
     to_coefficients : ndarray, shape (n, n)
         Maps values at the nodes to Legendre coefficients.
     """
@@ -58,9 +58,9 @@ def gauss_rule(n: int) -> GaussRule:
 
 
 def legendre_series(n: int, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values at `tau` of `n` Legendre polynomials on [0, 1] and of their integrals from 0.
+    """Evaluate `n` ≥ 1 Legendre polynomials on [0, 1] at `tau`, and their integrals from 0.
 
-    Both have the shape tau.shape + (n,), n at least 1.
+    Both results have the shape tau.shape + (n,).
     """
     from scipy.special import legendre_p_all  # a tenth of a second to load
 
@@ -90,12 +90,7 @@ def chebyshev_nodes(k: int) -> FloatArray:
 
 @lru_cache
 def chebyshev_transform(k: int) -> FloatArray:
-    """Matrix from values at `chebyshev_nodes(k)` to Chebyshev coefficients on [0, 1].
-
-    Returns
-    -------
-    ndarray, shape (k, k)
-    """
+    """Matrix from values at `chebyshev_nodes(k)` to the k Chebyshev coefficients on [0, 1]."""
     # T_n at the nodes by its definition: recurrence from rounded nodes would lose a factor n².
     index = np.arange(k)
     polynomials = (-1.0) ** index[:, None] * np.cos(np.pi * np.outer(index, index) / (k - 1))
@@ -120,12 +115,12 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
 
 
 def chebyshev_roots(coefficients: FloatArray) -> FloatArray:
-    """Find the real roots of a Chebyshev series, mapped from [-1, 1] to [0, 1].
+    """Find the roots of a Chebyshev series in [-1, 1].
 
     Returns
     -------
     ndarray
-        Roots, increasing.
+        Roots, increasing, mapped from [-1, 1] to [0, 1].
     """
     series = np.trim_zeros(coefficients, "b")
     # No Chebyshev polynomial exceeds 1: a constant term larger than all others excludes roots.

@@ -31,11 +31,12 @@ def step_position(step: IntArray, dx0: Decimal) -> FloatArray:
 def passes(x0: FloatArray, onset: FloatArray | float) -> BoolArray:
     """Whether displacements lie beyond an onset of slip, so that the tip slips.
 
+    At the onset |tan α| = μ0, and the tip still sticks.
+
     Returns
     -------
     ndarray of bool
-        False up to `ONSET_ACCURACY` beyond the onset: the tip slips where |tan α| > μ0, and
-        sticks where both are equal.
+        True if the displacement exceeds the onset by more than `ONSET_ACCURACY`.
     """
     return np.asarray(x0 > onset + ONSET_ACCURACY)
 
@@ -46,7 +47,7 @@ def last_step_within(x0: FloatArray, dx0: Decimal) -> IntArray:
     Raises
     ------
     ArgumentError
-        If there are more steps than a double can count.
+        If there are more steps than a double can count exactly.
     """
     x0 = np.asarray(x0, dtype=float)
     if np.any(x0 > EXACT_INTEGER * float(dx0)):

@@ -52,7 +52,7 @@ class Evidence:
         return float(self.taper["dx0"].iloc[0])
 
     def by_theta(self, column: str) -> pd.DataFrame:
-        """Values of Figure 6: a row for each θ, a column for each μ0."""
+        """Arrange a column of Figure 6 with a row for each θ and a column for each μ0."""
         return self.taper.pivot(index="theta", columns="mu0", values=column)
 
     def slipping(self) -> pd.DataFrame:
@@ -62,17 +62,18 @@ class Evidence:
     def locking(self) -> pd.DataFrame:
         """Grid points of Figure 7 where the rod buckles laterally and trails until its tip slips.
 
-        The added column ``dragged`` is the length of each later period (L).
+        The added column ``dragged`` is the distance that the clamp moves in each later period of
+        sticking, in which the rod trails from the beginning (L).
         """
         rows = self.friction[self.friction["status"] == "lock"]
         return rows.assign(dragged=rows["x0_trail"] - 2.0 * rows["x0_end"])
 
     def scans(self) -> list[pd.DataFrame]:
-        """Split the steps by scan, ordered by θ, then μ0."""
+        """Split the steps into one table for each scan, ordered by θ, then μ0."""
         return [rows for _, rows in self.scan.groupby(["theta", "mu0"])]
 
     def first_periods(self) -> list[pd.DataFrame]:
-        """Split the steps of the first period of sticking by scan."""
+        """Return the steps of the first period of sticking, in one table for each scan."""
         first = self.scan[(self.scan["cycle"] == 1) & (self.scan["phase"] == "stick")]
         return [rows for _, rows in first.groupby(["theta", "mu0"])]
 
@@ -94,18 +95,20 @@ class Evidence:
 
 
 def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Evidence:
-    """Pick the evidence out of a study's tables.
+    """Select the evidence from a study's tables.
 
     Parameters
     ----------
+    tables : mapping
+        Tables of the study by name.
     names : mapping
         Names of the grids, the scan and the state, as in `vibrissa.study.claims.Claims`.
 
     Raises
     ------
     TableError
-        If a row has a status that `SOURCES` does not allow; if Figure 7 has no point above μ_lock,
-        or one at which the slip of the trailing rod is unknown.
+        If a row has a status that `SOURCES` does not allow, if Figure 7 has no point above μ_lock,
+        or if it has such a point for which the slip of the trailing rod is not known.
     """
     found = {}
     for key, (table, column, allowed) in SOURCES.items():
@@ -132,22 +135,22 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
 
 
 def bending_of_steps(rows: pd.DataFrame) -> Bending:
-    """Bending of the shapes of a scan's steps."""
+    """Measure the bending of the rod in each step of a scan."""
     state = (rows["theta"], rows["f"], rows["alpha"], rows["x1"] - rows["footpoint"], rows["eta"])
     return measure(*(values.to_numpy() for values in state))
 
 
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
-    """Bending of rods that have buckled laterally, in the last sticking state.
+    """Measure the bending of trailing rods in the last state in which their tip sticks.
 
-    Computed from the mirror image of this state, in which the clamp pulls the tip.
+    It is measured in the mirror image of this state, a state with the clamp pulled back (x0 < 0).
     """
     x0 = 2.0 * rows["x0_end"] - rows["x0_trail"]
     return _bending(rows, rows["f_trail"], -rows["alpha_trail"], x0)
 
 
 def bending_at_the_last_state(rows: pd.DataFrame) -> Bending:
-    """Bending of grid points at their last sticking state."""
+    """Measure the bending of the rod at each grid point in its last sticking state."""
     return _bending(rows, rows["f_last"], rows["alpha_last"], rows["x0_max"])
 
 

@@ -38,19 +38,22 @@ WIDE_TAPERS = np.arange(1.0, 20.5, 0.5)
 
 @lru_cache(maxsize=4)
 def wide_sweep(eta: float) -> tuple[StickingCurve, ...]:
-    """Solve the equilibrium paths of `WIDE_TAPERS` in tip contact; omit those that fail."""
+    """Solve the equilibrium paths of all `WIDE_TAPERS` in tip contact; omit those that fail."""
     curves = collocation.solve_curves(WIDE_TAPERS, np.full_like(WIDE_TAPERS, eta))
     return tuple(curve for curve in curves if curve.status is Status.SOLVED)
 
 
 def spread(what: str, values: ArrayLike, unit: str) -> Quantities:
-    """Return the smallest and the largest value as quantities."""
+    """Return the smallest and the largest value as quantities; `what` names the values."""
     found = np.asarray(values)
     return {f"smallest {what}": (found.min(), unit), f"largest {what}": (found.max(), unit)}
 
 
 def ends(what: str, values: ArrayLike, unit: str) -> Quantities:
-    """Return the first and the last of values that are ordered by μ0, as quantities."""
+    """Return the first and the last value as quantities; `what` names the values.
+
+    The values are ordered by μ0.
+    """
     first, *_, last = np.asarray(values)
     return {f"{what} at the smallest μ0": (first, unit), f"{what} at the largest": (last, unit)}
 
@@ -63,14 +66,17 @@ def judged(
     ambiguous: bool = False,
     reason: str = "",
 ) -> Finding:
-    """Return the verdict of the first flag that is true; the statement holds if none is true."""
+    """Return a finding with the verdict of the first flag that is true.
+
+    If no flag is true, the statement holds.
+    """
     verdicts = {CONTRADICTED: contradicted, CONDITION: condition, AMBIGUOUS: ambiguous}
     verdict = next((verdict for verdict, applies in verdicts.items() if applies), HOLDS)
     return Finding(verdict=verdict, quantities=quantities, reason=reason)
 
 
 def rises(values: FloatArray | pd.DataFrame, *axes: int) -> bool:
-    """Whether values rise strictly along some axes, by default the first."""
+    """Whether values rise strictly along each of `axes`, by default along the first axis."""
     return all((np.diff(np.asarray(values), axis=axis) > 0.0).all() for axis in axes or (0,))
 
 
@@ -95,14 +101,20 @@ def line_fit(x: FloatArray, y: FloatArray) -> Line:
 
 
 def neighbours(series: Sequence[Bending]) -> tuple[Bending, Bending]:
-    """Pair adjacent rods of each series: return all rods but the last, and their successors."""
+    """Pair each rod with the next one of its series; return all first and all second rods."""
     before = [rods.take(np.arange(len(rods) - 1)) for rods in series]
     after = [rods.take(np.arange(1, len(rods))) for rods in series]
     return Bending.concatenate(before), Bending.concatenate(after)
 
 
 def by_bending(what: str, before: Bending, after: Bending, quantities: Quantities) -> Finding:
-    """Judge by each measure whether every rod is bent more in `after` than in `before`."""
+    """Judge by each measure of bending whether every rod is bent more in `after` than in `before`.
+
+    Parameters
+    ----------
+    what : str
+        Statement that is judged, such as "the rod is deformed further".
+    """
     more = [name for name, one in MEASURES.items() if (one(after) > one(before)).all()]
     others = ", ".join(name for name in MEASURES if name not in more)
     reason = f"{what} as measured by {', '.join(more)}, but not throughout by {others}"
