@@ -125,6 +125,14 @@ def test_another_mounting_within_its_tolerance_is_found(name, size, tolerance):
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
 
 
+def test_a_moment_that_was_not_recorded_has_no_origin():
+    _, recording = recorded(GIVEN)
+    forces = replace(recording, readings=recording.readings * [1.0, 1.0, np.nan])
+    given = {"moment_origin_x": 0.01, "moment_origin_y": 0.01}
+    assert len(identify(GIVEN, recording, noise=NOISE, tolerances=given).estimates) == 2
+    assert not identify(GIVEN, forces, noise=NOISE, tolerances=given).estimates
+
+
 @pytest.mark.slow
 def test_a_step_to_a_set_up_without_a_response_is_halved(monkeypatch):
     _, recording = recorded(GIVEN, scale=1.001)
