@@ -369,6 +369,9 @@ def test_a_line_shows_where_neither_cone_nor_cylinder_is_ahead(ahead, lines):
     panel = KINDS["versus"].plot(made.assign(mu_lock=lock)).axes[0]
     assert len(panel.collections) == 1 + lines
     assert panel.collections[0].get_array().filled().reshape(2, 3)[0] == pytest.approx(ahead)
+    # The colours reach as far as the changes, both ways.
+    most = np.abs(ahead).max()
+    assert panel.collections[0].get_clim() == pytest.approx((-most, most))
 
 
 def test_a_change_is_in_per_cent_of_the_ideal_mounting():

@@ -56,6 +56,16 @@ def errors(found, friction):
     return (found.mu0 - truth)[ok], found.deviation[ok], inside[ok]
 
 
+def test_the_model_is_compared_with_the_ratio_over_three_periods_or_more():
+    run, _, period = recorded(1)
+    whisker, known = Whisker(theta=2.0, eta=0.85), {"noise": NOISE, "assume": False}
+    all_periods = identify(whisker, run, **known).beside
+    assert all_periods.agrees and abs(all_periods.difference) < 4.0 * all_periods.spread
+    two = run.take(slice(int(np.argmax(period > 1)) + 3))
+    found = identify(whisker, two, **known).beside
+    assert np.isfinite(found.ratio).sum() == 2 and np.isnan(found.difference) and found.agrees
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RODS)
 def test_it_reads_any_rod_without_bias(name):
