@@ -56,6 +56,19 @@ def errors(found, friction):
     return (found.mu0 - truth)[ok], found.deviation[ok], inside[ok]
 
 
+def test_crosstalk_of_a_moment_that_was_not_recorded_is_that_of_full_scale():
+    run, _, _ = recorded(1)
+    exact, found = read_ratio(run), read_ratio(run, crosstalk=0.01)
+    fx, fy = run.readings[found.last, :2].T
+    most_x, most_y = np.abs(run.readings[:, :2]).max(axis=0)
+    # Of fy in fx, of fx in fy, and of a moment of full scale in each of them.
+    parts = [most_x / most_y, found.mu0 * most_y / most_x * fx / fy]
+    parts += [most_x / fy, found.mu0 * most_y / fy]
+    wanted = 0.01 * np.sqrt(sum(part**2 for part in parts))
+    more, slips = np.sqrt(found.common**2 - exact.common**2), found.status == PeriodStatus.SLIP
+    assert more[slips] == pytest.approx(wanted[slips], rel=0.01)
+
+
 def test_the_model_is_compared_with_the_ratio_over_three_periods_or_more():
     run, _, period = recorded(1)
     whisker, known = Whisker(theta=2.0, eta=0.85), {"noise": NOISE, "assume": False}

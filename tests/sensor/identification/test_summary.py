@@ -8,7 +8,7 @@ from scipy import stats
 
 from steel import ROD, SENSOR
 from vibrissa.sensor import Whisker, identify, scan, surfaces
-from vibrissa.sensor.identification.goodness import Estimate
+from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
 from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.result import Identification
@@ -92,6 +92,29 @@ def test_without_a_mean_the_largest_lower_bound_is_said(status, low, grade, said
     lines = str(found).splitlines()[1:]
     assert len(lines) == len(said) and found.variation == 0.0
     assert all(part in line for part, line in zip(said, lines, strict=True))
+
+
+CAUSE = Cause(
+    parameter=Parameter(name="eta", of="eta", deviation=0.0),
+    size=0.01,
+    deviation=0.001,
+    explained=0.9,
+)
+
+
+@pytest.mark.parametrize(
+    ("chi2", "causes", "said"),
+    [
+        (400.0, (), "(chi2 is 4 per degree of freedom). No single difference explains it."),
+        (400.0, (CAUSE,), "Candidates, each taken alone:\n  eta larger by 0.01"),
+        (100.0, (CAUSE,), "A stated value is off by far more than its tolerance."),
+    ],
+)
+def test_a_misfit_is_said_with_its_causes(chi2, causes, said):
+    setting = replace(NONE, goodness=Goodness(chi2=chi2, degrees=100), causes=causes)
+    assert said in str(summary_of(periods_of([0.3], 0.01, 0.0), setting))
+    fitting = replace(NONE, goodness=Goodness(chi2=100.0, degrees=100))
+    assert len(str(summary_of(periods_of([0.3], 0.01, 0.0), fitting)).splitlines()) == 2
 
 
 def test_what_all_periods_share_does_not_average_out():
