@@ -6,6 +6,7 @@ from numpy.polynomial import Polynomial, chebyshev
 
 from vibrissa.numerics.spectral import (
     chebyshev_nodes,
+    chebyshev_roots,
     chebyshev_series,
     chebyshev_transform,
     gauss_rule,
@@ -64,3 +65,12 @@ def test_chebyshev_series_are_those_of_numpy_and_stand_alone():
     for row in (0, 255, 256, 599):
         only = slice(row, row + 1)
         assert np.array_equal(chebyshev_series(coefficients, which[only], x[only]), values[only])
+
+
+@pytest.mark.parametrize(
+    ("roots", "found"),
+    [([-0.5, 0.2], [0.25, 0.6]), ([0.3j, -0.3j], []), ([1.1, -0.4], [0.3]), ([1.0], [1.0])],
+)
+def test_roots_are_those_on_the_interval_up_to_rounding(roots, found):
+    series = np.real(chebyshev.poly2cheb(np.poly(roots)[::-1]))
+    assert chebyshev_roots(series) == pytest.approx(found, abs=1e-9)

@@ -50,7 +50,7 @@ def test_a_recording_of_the_rod_fits_as_often_as_it_says(response, noise):
 def test_the_chance_is_that_of_chi_squared():
     goodness = Goodness(chi2=130.0, degrees=100, noise_degrees=np.inf)
     assert goodness.chance == pytest.approx(stats.chi2.sf(130.0, 100))
-    assert goodness.ratio == 1.3
+    assert goodness.ratio == 1.3 and np.isnan(replace(goodness, degrees=0).ratio)
     # 140 of 100 has a chance of one in 190, 150 of one in 1,100.
     assert replace(goodness, chi2=140.0).fits and not replace(goodness, chi2=150.0).fits
     # With a noise that is not known itself a larger χ² is more likely.
