@@ -148,7 +148,7 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
     except (NoResponseError, RecordingError) as error:
         if method is Method.MODEL:
             alone = task.both_forces and isinstance(error, NoResponseError | WrongRodError)
-            more = "; the method ratio uses the forces alone, without a rod" if alone else ""
+            more = "; or use --method ratio, which needs no rod" if alone else ""
             raise type(error)(f"{error}{more}") from error
         found = _read(task)
         return found.noted(

@@ -264,10 +264,10 @@ def check_range(whisker: Whisker, low: float, high: float) -> None:
     NoResponseError
         If the heights from `low` to `high` (L) leave the range from `LOWEST` to `HIGHEST`.
     """
-    least, most, lowest, highest = (
-        whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high, LOWEST, HIGHEST)
-    )
     if low < LOWEST or high > HIGHEST:
+        least, most, lowest, highest = (
+            whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high, LOWEST, HIGHEST)
+        )
         raise NoResponseError(
             f"the stage takes the rod to heights from {least} to {most}, but they must lie between "
             f"{lowest} and {highest}: shorten the path, or check the positions of the clamp"
