@@ -14,7 +14,7 @@ from vibrissa.design.pairs import survey
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sensor import Whisker, identify, preset, scan, surfaces
+from vibrissa.sensor import identify, preset, scan, surfaces
 from vibrissa.sensor.tolerances import TOLERABLE
 
 SENSOR = preset("nano17-si-12-0.12")
@@ -83,12 +83,10 @@ def test_the_transducer_keeps_a_margin():
 @pytest.mark.parametrize("mu0", [0.2, 0.4])
 def test_the_uncertainty_is_what_identify_states_of_a_recording(mu0):
     found = design(asked(**GOOD, mu0=mu0, tolerances={"surface_slope": "exact"}))
-    whisker = Whisker(
-        theta=1.5, eta=0.874, rod=found.best.whisker.rod, tolerances={"surface_slope": 0.0}
-    )
+    setup, whisker = found.best.setup, found.best.whisker
     to = 30.5 * float(whisker.curve.onset(mu0))
     signals = scan(whisker, surfaces.constant(mu0), step="50 um", to=[to]).measured(SENSOR)
-    periods = identify(whisker, signals.to_pandas(), transducer=SENSOR).periods
+    periods = identify(setup, signals.to_pandas()).periods
     slips = periods.status == "slip"
     assert slips.sum() >= 29
     predicted = found.best

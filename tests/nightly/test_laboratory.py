@@ -88,9 +88,8 @@ def test_without_tolerances_a_wrong_rod_is_silently_wrong_by_no_method(seed, mon
     frame, truth = recorded(ROWS[TITLES.index("E 1 % off")], Said.NOTHING, seed)
 
     def blind(frame, row, said, method):
-        found = identify(
-            laboratory.believed(), frame, method=method, noise=laboratory.NOISE, assume=False
-        )
+        setup = laboratory.believed(noise=laboratory.in_words(laboratory.NOISE), assume=False)
+        found = identify(setup, frame, method=method)
         found.periods.grade[:] = ""
         return found
 

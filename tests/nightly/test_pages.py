@@ -28,6 +28,7 @@ DOCS = ROOT / "docs"
 @pytest.mark.parametrize(("page", "code"), blocks("python"))
 def test_python_runs(page, code, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
     for study in ("paper", "mine"):
         folder = tmp_path / f"results/{study}/tables"
         folder.mkdir(parents=True)

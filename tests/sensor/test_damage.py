@@ -12,14 +12,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from steel import SENSOR, TRANSDUCER
+from steel import identified as friction_in
 from vibrissa.errors import VibrissaError
-from vibrissa.sensor import Method, PeriodStatus, Whisker, identify, preset, scan, surfaces
+from vibrissa.sensor import Method, PeriodStatus, Whisker, scan, surfaces
 from vibrissa.sensor.identification.recording import read_recording
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.transducer import CHANNELS
 
 WHISKER = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="0.8 mm", length="100 mm")
-SENSOR = preset("nano17-si-12-0.12")
 FRICTION = 0.3
 TITLES = ("time [s]", "footpoint [mm]", "force_x [N]", "force_y [N]", "moment_z [N*m]")
 WRONG = 5.0
@@ -55,7 +56,7 @@ def identified(data, folder, whisker=WHISKER):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            return identify(whisker, file, transducer=SENSOR if whisker else None)
+            return friction_in(whisker, file, transducer=TRANSDUCER if whisker else None)
         except VibrissaError as error:
             assert str(error)
             return None

@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from responses import respond
-from steel import NOISE, recording_of
+from steel import NOISE, identified, recording_of
 from vibrissa.mechanics.rod import Rod
-from vibrissa.sensor import Whisker, identify, scan, solve, surfaces
+from vibrissa.sensor import Whisker, scan, solve, surfaces
 from vibrissa.sensor.identification import slope
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.quantities import Units
@@ -42,7 +42,7 @@ def recorded(law=SlipLaw.FREE):
 
 
 def found_in(recording):
-    return identify(Whisker(theta=2.0, eta=0.85), recording, noise=NOISE, assume=False).periods
+    return identified(Whisker(theta=2.0, eta=0.85), recording, noise=NOISE, assume=False).periods
 
 
 def same(one, other, shift=0.0):
@@ -139,7 +139,7 @@ def test_a_recording_in_other_units_is_the_same_recording(method):
     plain.columns = ["footpoint [m]", "force_x [N]", "force_y [N]", "moment_z [N*m]"]
     other = plain * np.array([1 / 0.0254, 1e3, 1e3, 1e3])
     other.columns = ["footpoint [inch]", "force_x [mN]", "force_y [mN]", "moment_z [N*mm]"]
-    one, two = (identify(whisker, table, **asked).periods for table in (plain, other))
+    one, two = (identified(whisker, table, **asked).periods for table in (plain, other))
     assert np.isfinite(one.mu0).sum() > 2
     same(one, two)
 

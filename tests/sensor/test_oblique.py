@@ -8,10 +8,11 @@ import pytest
 
 import reference
 from responses import respond
+from steel import identified
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor import SlipLaw, Whisker, identify, scan, surfaces
+from vibrissa.sensor import SlipLaw, Whisker, scan, surfaces
 from vibrissa.sensor.response.heights import EXACT, Stage, respond_over
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, path, simulate
 
@@ -204,14 +205,14 @@ def test_a_recorded_position_at_which_the_rod_cannot_be_is_refused(wild, said):
     table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["0.2"]).to_pandas()
     table.loc[40, "footpoint"] = wild
     with pytest.raises(NoResponseError, match=f"heights from .*{said}.*check the positions"):
-        identify(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False)
+        identified(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False)
 
 
 @pytest.mark.slow
 def test_friction_is_read_until_the_rod_is_almost_upright():
     whisker = Whisker.read(THETA, ETA, stage_angle="-0.1 rad")
     table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["1.49"]).to_pandas()
-    found = identify(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False).periods
+    found = identified(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False).periods
     slip = found.status == "slip"
     # As it rises the tip locks in the end.
     assert slip.sum() > 15 and (found.status[~slip] == "lock").all()
@@ -224,7 +225,7 @@ def test_friction_is_read_at_the_height_of_each_period(angle):
     whisker = Whisker.read(THETA, ETA, stage_angle=angle)
     surface = surfaces.random(1, 0.3, 0.04, 0.02)
     signals = scan(whisker, surface, step="0.0005", to=["0.3", "0.1"])
-    found = identify(whisker, signals.to_pandas(), noise="1e-6, 1e-6, 1e-7", assume=False)
+    found = identified(whisker, signals.to_pandas(), noise="1e-6, 1e-6, 1e-7", assume=False)
     slip = found.periods.status == "slip"
     assert slip.sum() > 20 and len(slip) == signals.truth.period[-1]
     ends = found.periods.last[slip]

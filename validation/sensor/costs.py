@@ -14,13 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from validation.records import write_record
-from vibrissa.sensor import Recording, Whisker, identify, scan, surfaces
+from vibrissa.sensor import Recording, Setup, identify, scan, surfaces
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances, told
 from vibrissa.wording import markdown_table
 
 NOISE = "3 mN, 3 mN, 10 uN*m"
 STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
-WHISKER = Whisker.read(2, "85 mm", noise=NOISE, **STEEL)
+ROD = {"theta": 2, "eta": "85 mm", "noise": NOISE, **STEEL}
+WHISKER = Setup.read(**ROD).whisker
 # Smaller effects are shown as a dash.
 LEAST = 1e-5
 
@@ -55,12 +56,7 @@ def recording():
 
 def costs(readings, stated=None):
     """Return the effect of each tolerance, and of all together; `stated` replaces defaults."""
-    found = identify(
-        WHISKER,
-        readings,
-        noise=NOISE,
-        tolerances=stated,
-    )
+    found = identify(Setup.read(**ROD, tolerances=stated), readings)
     known = np.isfinite(found.periods.mu0)
     effects, covariance = found.periods.effects[known], found.covariance
     names = np.array([one.parameter.of for one in found.estimates])

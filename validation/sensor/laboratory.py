@@ -35,7 +35,7 @@ from validation.sensor.mistakes import (
     everything,
 )
 from vibrissa.errors import VibrissaError
-from vibrissa.sensor import Method, PeriodStatus, Whisker, identify
+from vibrissa.sensor import Method, PeriodStatus, Setup, identify
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances
 
@@ -213,7 +213,7 @@ def recorded(row, said, seed):
     bench = replace(bench_of(seed), at_rest=not row.on_the_way, encoder=row.encoder)
     sign = sign_of(seed)
     if row.all_at_once:
-        bench = everything(bench, assumed_tolerances(believed().units, NOISE), generator)
+        bench = everything(bench, assumed_tolerances(believed().whisker.units, NOISE), generator)
     drawn = said is Said.ENOUGH
     if row.surface:
         size = row.surface * (generator.normal() if drawn else sign)
@@ -237,10 +237,15 @@ def sign_of(seed):
     return 1.0 if seed % 2 else -1.0
 
 
-def believed():
-    """Return the whisker as the laboratory states it."""
+def believed(**stated):
+    """Return the set-up as the laboratory states it."""
     sizes = {"modulus": f"{MODULUS} Pa", "diameter": f"{DIAMETER} m", "length": f"{LENGTH} m"}
-    return Whisker.read(THETA, "85 mm", **sizes)
+    return Setup.read(theta=THETA, eta="85 mm", **sizes, **stated)
+
+
+def in_words(noise):
+    """Return the noise of the channels as a set-up states it."""
+    return ", ".join(map(repr, noise.tolist()))
 
 
 def read(frame, row, said, method):
@@ -251,18 +256,13 @@ def read(frame, row, said, method):
         angle = TOLERABLE[name].kind is Kind.ANGLE
         if part:
             stated[name] = f"{part * abs(size)} rad" if angle else part * abs(size)
-    rod, noise = believed(), NOISE
+    assume = said is Said.NOTHING
     if row.without_rod:
-        rod, noise = None, NOISE * UNITS
         stated = {name: f"{size * UNITS[0]} N" for name, size in stated.items()}
-    return identify(
-        rod,
-        frame,
-        method=method,
-        noise=noise,
-        tolerances=stated,
-        assume=said is Said.NOTHING,
-    )
+        setup = Setup.read(noise=in_words(NOISE * UNITS), tolerances=stated, assume=assume)
+    else:
+        setup = believed(noise=in_words(NOISE), tolerances=stated, assume=assume)
+    return identify(setup, frame, method=method)
 
 
 def scored(frame, truth, row, said, method):

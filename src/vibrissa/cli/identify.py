@@ -58,25 +58,14 @@ def identify(
     laterally, the lines after that are left out, too. The exit code is 2 after an error in the
     input.
     """
-    whisker = None if setup.theta is None and setup.eta is None else setup.whisker
     material = material_of(setup)
-    found = sensor.identify(
-        whisker,
-        recording,
-        method=method,
-        transducer=setup.transducer,
-        noise=setup.noise,
-        # A whisker already holds its tolerances.
-        tolerances=setup.tolerances if whisker is None else None,
-        assume=setup.assume,
-        slip_time=slip_time,
-        delay=delay,
-    )
+    found = sensor.identify(setup, recording, method=method, slip_time=slip_time, delay=delay)
     place = "" if output is None else f"{output}: "
     hand_out(found, place + "\n".join(_lines(found, verbose)), output)
     periods = found.periods
     slips = (periods.status == PeriodStatus.SLIP) & (periods.grade != Grade.WRONG)
-    if whisker is not None and slips.any():
+    if setup.has_whisker and slips.any():
+        whisker = setup.whisker
         onset = float(whisker.curve.onset(periods.mu0[slips].max()))
         warn_of_yield(whisker, onset if np.isfinite(onset) else whisker.curve.x0_lock, material)
 

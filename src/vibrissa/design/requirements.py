@@ -166,8 +166,8 @@ class Requirements(Keyed):
     @model_validator(mode="after")
     def _check_setup(self) -> Self:
         """Refuse a set-up for which no rod can be designed, before the search."""
-        if (self.setup.transducer is None) == (self.setup.noise is None):
-            raise ArgumentError("give either the transducer or the noise")
+        if self.setup.transducer is None and self.setup.noise is None:
+            raise ArgumentError("give the transducer or the noise")
         if min(self.noise) <= 0.0:
             raise ArgumentError(f"noise must be positive, got {self.setup.noise!r}")
         first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])

@@ -7,9 +7,9 @@ from dataclasses import replace
 from decimal import Decimal
 from functools import cached_property
 from numbers import Real
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import Mounting
@@ -96,8 +96,9 @@ class Setup(Keyed):
     @field_validator("noise")
     @classmethod
     def _check_noise(cls, noise: str | None) -> str | None:
-        if noise is not None:
-            SI_UNITS.read_channels(noise, "noise")
+        sizes = (1.0,) if noise is None else SI_UNITS.read_channels(noise, "noise")
+        if min(sizes) < 0.0 or not any(sizes):
+            raise ArgumentError(f"noise must be at least 0, and not all 0, got {noise!r}")
         return noise
 
     @field_validator(TOLERANCES)
@@ -106,6 +107,12 @@ class Setup(Keyed):
         for name in tolerances:
             check_name(name)
         return tolerances
+
+    @model_validator(mode="after")
+    def _check_both(self) -> Self:
+        if self.noise is not None and self.transducer is not None:
+            raise ArgumentError("give the noise or the transducer, not both")
+        return self
 
     def stated(self) -> dict[str, Any]:
         """Keys and values that were given, in the notation of a set-up file."""
@@ -144,6 +151,11 @@ class Setup(Keyed):
                 f"a rod needs modulus, diameter and length; missing: {', '.join(missing)}"
             )
         return Rod(*(size for size in sizes.values() if size is not None))
+
+    @property
+    def has_whisker(self) -> bool:
+        """Whether a whisker is described: theta, eta or both are stated."""
+        return self.theta is not None or self.eta is not None
 
     @cached_property
     def whisker(self) -> Whisker:

@@ -5,9 +5,19 @@ import pandas as pd
 import pytest
 
 from validation.sensor.bench import Bench, Friction, scan
-from validation.sensor.laboratory import NOISE, ROWS, STEP, Row, Said, believed, read, recorded
+from validation.sensor.laboratory import (
+    NOISE,
+    ROWS,
+    STEP,
+    Row,
+    Said,
+    believed,
+    in_words,
+    read,
+    recorded,
+)
 from validation.sensor.mistakes import LENGTH, UNITS
-from vibrissa.sensor import Method, PeriodStatus, identify
+from vibrissa.sensor import Method, PeriodStatus, Setup, identify
 from vibrissa.sensor.identification import fit
 
 TITLES = {row.title: row for row in ROWS}
@@ -69,12 +79,8 @@ def test_a_tare_that_was_forgotten_is_not_silent_without_a_rod():
     assert not seen(found, truth)[1].any()
     assert set(found.periods.grade) == {"doubtful"}
     assert "the zeros of the forces are not checked" in found.periods.doubt[0]
-    told = identify(
-        None,
-        frame,
-        noise=NOISE * UNITS,
-        tolerances=dict.fromkeys(("zero_force_x", "zero_force_y"), "2 mN"),
-    )
+    tolerances = dict.fromkeys(("zero_force_x", "zero_force_y"), "2 mN")
+    told = identify(Setup.read(noise=in_words(NOISE * UNITS), tolerances=tolerances), frame)
     assert set(told.periods.doubt) == {""}
 
 
@@ -82,7 +88,7 @@ def test_rows_without_load_check_the_tare():
     frame, _ = recorded(TITLES["nothing"], Said.NOTHING, 1)
     air = frame.iloc[:30].copy()
     air[list(NAMES)] = np.random.default_rng(1).normal(size=(30, 3)) * NOISE * UNITS
-    found = identify(None, pd.concat([air, frame]), noise=NOISE * UNITS)
+    found = identify(Setup.read(noise=in_words(NOISE * UNITS)), pd.concat([air, frame]))
     assert set(found.periods.doubt) == {""}
     assert any("nothing touches the surface" in note for note in found.periods.notes)
 
@@ -91,7 +97,7 @@ def test_rows_without_load_check_the_tare():
 def test_a_fit_that_fails_keeps_the_tolerances(monkeypatch):
     frame, truth = recorded(TITLES["clamp inclined by 2°"], Said.NOTHING, 1)
     monkeypatch.setattr(fit, "MOST_STEPS", 1)
-    found = identify(believed(), frame, noise=NOISE)
+    found = identify(believed(noise=in_words(NOISE)), frame)
     error, hold = seen(found, truth)
     assert hold.all() and np.abs(error).mean() > 1e-3
     assert np.abs(error.mean()) < 2.0 * found.summary().deviation
@@ -107,18 +113,19 @@ def filtered(readings, constant):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rod", [believed(), None])
-def test_a_delay_that_is_told_helps_both_readings(rod):
+@pytest.mark.parametrize(
+    ("state", "units"), [(believed, 1.0), (Setup.read, UNITS)], ids=["rod", "no rod"]
+)
+def test_a_delay_that_is_told_helps_both_readings(state, units):
     """A filter y += (x − y)/4 lags by 3 samples of 10 ms."""
     bench = Bench(friction=Friction(mean=0.3, wave=0.02))
     truth = scan(bench, STEP / 2.0, [0.2], np.zeros(3), 3)
     readings = filtered(truth.readings, 4.0)
     readings += np.random.default_rng(1).normal(size=readings.shape) * NOISE
-    noise = NOISE * UNITS if rod is None else NOISE
-    errors = {}
+    setup, errors = state(noise=in_words(NOISE * units), assume=False), {}
     for delay in (None, "30 ms"):
-        options = {"noise": noise, "assume": False, "slip_time": "160 ms", "delay": delay}
-        errors[delay], hold = seen(identify(rod, frame_of(truth, readings), **options), truth)
+        found = identify(setup, frame_of(truth, readings), slip_time="160 ms", delay=delay)
+        errors[delay], hold = seen(found, truth)
     # Of slips that take a while the onset is known to two steps.
     assert np.abs(errors["30 ms"].mean()) < 3e-4 < 1e-3 < np.abs(errors[None].mean())
     assert hold.mean() > 0.8

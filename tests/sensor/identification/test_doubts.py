@@ -5,7 +5,8 @@ import pytest
 
 from responses import respond
 from steel import NOISE, measured, recording_of
-from vibrissa.sensor import Whisker, identify, surfaces
+from steel import identified as friction_in
+from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.identification.periods import Check, Grade
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.simulation.tip import SlipLaw
@@ -26,7 +27,7 @@ def signals(response, law="free", turns=("0.4",), step="0.0005"):
 
 
 def identified(clamp, readings):
-    return identify(ROD, recording_of(clamp, readings), noise=NOISE, assume=False)
+    return friction_in(ROD, recording_of(clamp, readings), noise=NOISE, assume=False)
 
 
 @pytest.mark.parametrize("law", list(SlipLaw))

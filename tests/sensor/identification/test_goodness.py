@@ -8,11 +8,11 @@ from scipy import stats
 from typer.testing import CliRunner
 
 from responses import respond
-from steel import NOISE, measured, recording_of, write
+from steel import NOISE, identified, measured, recording_of, write
 from vibrissa import Mounting
 from vibrissa.cli.app import app
 from vibrissa.errors import MixedColumnsError
-from vibrissa.sensor import Whisker, identify, surfaces
+from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.identification.goodness import Goodness
 from vibrissa.sensor.simulation.scanning import path, simulate
 
@@ -32,7 +32,7 @@ def recorded(response, seed=1):
 
 def found_in(recording, noise=NOISE, given=GIVEN):
     """What is known of a recording whose rod is taken as exact."""
-    return identify(given, recording, noise=noise, assume=False)
+    return identified(given, recording, noise=noise, assume=False)
 
 
 @pytest.mark.slow
@@ -158,11 +158,11 @@ def test_nothing_is_adjusted_to_columns_that_were_mixed_up(response, mixed, meth
     recording = recorded(response)
     # The rod is a little other than it is given, within its tolerances.
     near = replace(GIVEN, theta=2.02, eta=0.852)
-    as_it_is = identify(near, recording, noise=NOISE, method=method)
+    as_it_is = identified(near, recording, noise=NOISE, method=method)
     assert len(as_it_is.periods)
     recording = replace(recording, readings=recording.readings @ mixed.T)
     with pytest.raises(MixedColumnsError):
-        identify(near, recording, noise=NOISE, method=method)
+        identified(near, recording, noise=NOISE, method=method)
 
 
 @pytest.mark.slow

@@ -11,10 +11,22 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from responses import respond
-from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, STIFF, WHISKER, measured, recording_of
+from steel import (
+    NANO,
+    NOISE,
+    ROD,
+    SCALE,
+    SENSOR,
+    SI,
+    STIFF,
+    WHISKER,
+    identified,
+    measured,
+    recording_of,
+)
 from vibrissa.cli.app import app
 from vibrissa.errors import WrongRodError
-from vibrissa.sensor import Whisker, identify, scan, surfaces
+from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.recording import (
     Method,
@@ -34,7 +46,7 @@ def response():
 def found_in(recording, noise=NOISE, **rod):
     """Periods by the model of a rod, of which everything is known exactly."""
     whisker = Whisker(**{"theta": 2.0, "eta": 0.85} | rod)
-    return identify(whisker, recording, noise=noise, assume=False).periods
+    return identified(whisker, recording, noise=noise, assume=False).periods
 
 
 def recorded(response, seed=1, turns=("1.2",), law="free", step="0.0005"):
@@ -288,7 +300,7 @@ def test_any_recording_is_identified_or_refused_as_a_value_error(tmp_path_factor
     file.write_text(HEADER.partition(",")[2] + "".join(",".join(row) + "\n" for row in rows))
     try:
         recording = read_recording(file, Units(ROD), method, SENSOR)
-        periods = identify(FUZZED, recording, noise=NOISE, assume=False).periods
+        periods = identified(FUZZED, recording, noise=NOISE, assume=False).periods
     except ValueError as error:
         assert str(error)
     else:
@@ -302,7 +314,7 @@ FUZZED = Whisker(theta=2.0, eta=0.85)
 def test_slips_hidden_in_noise_give_no_bound():
     whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
     signals = scan(whisker, surfaces.constant(0.3), step="50 um", to=["20 mm"], law="kinetic")
-    found = identify(
+    found = identified(
         whisker, signals.to_pandas(), noise="500 mN, 500 mN, 30 N*mm", assume=False
     ).periods
     # Nothing that was seen says that friction is above 0.3.
@@ -327,7 +339,7 @@ def test_friction_comes_back_in_any_mounting(mounting):
     signals = scan(whisker, surfaces.constant(0.3), step="20 um", to=["6 mm"])
     truth = signals.truth
     recording = recording_of(truth.clamp, truth.reactions)
-    found = identify(whisker, recording, noise="10 uN, 10 uN, 1 uN*m", assume=False)
+    found = identified(whisker, recording, noise="10 uN, 10 uN, 1 uN*m", assume=False)
     known = found.periods.status == PeriodStatus.SLIP
     assert known.sum() == truth.period[-1] - 1 >= 1
     error = np.abs(found.periods.mu0[known] - 0.3)

@@ -10,10 +10,10 @@ from typer.testing import CliRunner
 
 import plain_elastica
 from responses import respond
-from steel import recording_of
+from steel import identified, recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, MixedColumnsError, RecordingError
-from vibrissa.sensor import PeriodStatus, Recording, Whisker, identify, surfaces
+from vibrissa.sensor import PeriodStatus, Recording, Whisker, surfaces
 from vibrissa.sensor.simulation.scanning import path, simulate
 
 # 3 mN on a steel rod of 1 mm × 100 mm, steps of 20 µm.
@@ -46,7 +46,7 @@ def recorded(seed, name="as given", step=STEP, to=0.3, ratio=0.8):
 
 def read_ratio(run, noise=NOISE, **tolerances):
     """Periods by the ratio of the forces, with these tolerances and no others."""
-    return identify(None, run, noise=noise, tolerances=tolerances, assume=False).periods
+    return identified(None, run, noise=noise, tolerances=tolerances, assume=False).periods
 
 
 def errors(found, friction):
@@ -72,10 +72,10 @@ def test_crosstalk_of_a_moment_that_was_not_recorded_is_that_of_full_scale():
 def test_the_model_is_compared_with_the_ratio_over_three_periods_or_more():
     run, _, period = recorded(1)
     whisker, known = Whisker(theta=2.0, eta=0.85), {"noise": NOISE, "assume": False}
-    all_periods = identify(whisker, run, **known).beside
+    all_periods = identified(whisker, run, **known).beside
     assert all_periods.agrees and abs(all_periods.difference) < 4.0 * all_periods.spread
     two = run.take(slice(int(np.argmax(period > 1)) + 3))
-    found = identify(whisker, two, **known).beside
+    found = identified(whisker, two, **known).beside
     assert np.isfinite(found.ratio).sum() == 2 and np.isnan(found.difference) and found.agrees
 
 
@@ -94,7 +94,7 @@ def test_it_reads_any_rod_without_bias(name):
         rod = Whisker(theta=2.0, eta=0.85)
         known = {"noise": NOISE, "assume": False}
         model = [
-            errors(identify(rod, run, **known).periods, friction)[0] for run, friction, _ in runs
+            errors(identified(rod, run, **known).periods, friction)[0] for run, friction, _ in runs
         ]
         assert np.concatenate(model).std() < 0.7 * error.std()
 
@@ -271,12 +271,12 @@ def test_no_rod_is_needed_and_results_are_in_si_units(tmp_path):
 def test_what_needs_a_rod_is_said(asked, said):
     run, _, _ = recorded(1)
     with pytest.raises(ArgumentError, match=said):
-        identify(None, table(run), **asked)
+        identified(None, table(run), **asked)
 
 
 def test_tolerances_that_the_ratio_does_not_use_are_named():
     sizes = {"zero_moment_z": "1 N*mm", "zero_force_x": "2 mN"}
-    found = identify(None, table(recorded(1)[0]), tolerances=sizes).periods
+    found = identified(None, table(recorded(1)[0]), tolerances=sizes).periods
     assert "the ratio of the forces does not use the tolerance of zero_moment_z" in found.notes
 
 
@@ -299,7 +299,7 @@ def test_a_recording_without_slips_is_one_open_period():
 
 def test_a_slip_time_that_leaves_no_samples_is_refused():
     with pytest.raises(RecordingError, match="no samples are left between the slips"):
-        identify(None, replace(even(), interval=1.0), noise=QUIET, slip_time="1 h")
+        identified(None, replace(even(), interval=1.0), noise=QUIET, slip_time="1 h")
 
 
 def even(way=1.0):
@@ -352,6 +352,6 @@ def test_two_passes_in_one_file_are_split():
 def test_a_slip_shortly_before_the_end_is_one(rows, slip_time):
     """What follows it is too short for a period, or has not settled."""
     run = replace(even().take(slice(rows)), interval=1.0)
-    found = identify(None, run, noise=QUIET, assume=False, slip_time=slip_time).periods
+    found = identified(None, run, noise=QUIET, assume=False, slip_time=slip_time).periods
     assert found.status.tolist() == ["slip"] * 3 and found.last[2] == 44
     assert found.mu0 == pytest.approx([0.39] * 3, abs=2e-4)

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from scipy.signal import butter, sosfilt
 
-from steel import ROD, SENSOR
-from vibrissa.sensor import Whisker, identify, scan, surfaces
+from steel import ROD, SENSOR, identified
+from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.identification.ends import moving, touching
 from vibrissa.sensor.quantities import Units
 
@@ -42,7 +42,9 @@ def clamp_of(signals):
 
 
 def found_in(whisker, frame, method="model", **options):
-    periods = identify(whisker, frame, method=method, noise=NOISE, assume=False, **options).periods
+    periods = identified(
+        whisker, frame, method=method, noise=NOISE, assume=False, **options
+    ).periods
     return periods, periods.take(periods.status == "slip")
 
 

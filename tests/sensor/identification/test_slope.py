@@ -5,10 +5,10 @@ import pytest
 from scipy.integrate import cumulative_simpson
 
 from responses import respond
-from steel import NOISE, measured, recording_of
+from steel import NOISE, identified, measured, recording_of
 from validation.sensor import laboratory
 from validation.sensor.laboratory import ROWS, Said, recorded
-from vibrissa.sensor import Method, Whisker, identify, surfaces
+from vibrissa.sensor import Method, Whisker, surfaces
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.simulation.scanning import path, simulate
 
@@ -24,7 +24,7 @@ def recording():
 
 def read(recording, method, slope):
     asked = {"method": method, "noise": NOISE, "assume": False}
-    return identify(
+    return identified(
         Whisker(**GIVEN), recording, tolerances={"surface_slope": f"{slope} rad"}, **asked
     )
 

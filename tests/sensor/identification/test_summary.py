@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from steel import ROD, SENSOR
-from vibrissa.sensor import Whisker, identify, scan, surfaces
+from steel import ROD, SENSOR, TRANSDUCER, identified
+from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
 from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
@@ -177,7 +177,7 @@ def test_the_mean_of_a_surface_is_as_far_off_as_it_says():
             if kind == "random":
                 surface = surfaces.random(seed, mu0, 0.03, 0.02)
             signals = scan(WHISKER, surface, step="50 um", to=["40 mm"]).measured(SENSOR, seed)
-            found = identify(WHISKER, signals.to_pandas(), transducer=SENSOR, assume=False)
+            found = identified(WHISKER, signals.to_pandas(), transducer=TRANSDUCER, assume=False)
             places = found.periods.contact[found.periods.status == PeriodStatus.SLIP]
             summary = found.summary()
             assert (summary.variation > 0.0) == (kind == "random")
@@ -191,7 +191,7 @@ def test_the_mean_of_a_surface_is_as_far_off_as_it_says():
 @pytest.mark.slow
 def test_coarse_sampling_says_so_and_nothing_of_diameters():
     signals = scan(WHISKER, surfaces.constant(0.3), step="1 mm", to=["80 mm"]).measured(SENSOR)
-    found = identify(WHISKER, signals.to_pandas(), transducer=SENSOR)
+    found = identified(WHISKER, signals.to_pandas(), transducer=TRANSDUCER)
     lines = str(found).splitlines()
     assert sum("sample more finely" in line for line in lines) == 1 and len(lines) <= 5
     assert not any("diameter" in line for line in lines)

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from steel import NOISE, measured, recording_of, write
+from steel import NOISE, identified, measured, recording_of, write
 from vibrissa import Mounting
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.sensor import Whisker, surfaces
-from vibrissa.sensor import identify as identify_with
 from vibrissa.sensor.identification.forward import set_ups
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.tolerances import read_tolerances
@@ -22,7 +21,7 @@ STEEL = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="1
 
 def identify(*given, **asked):
     """Identify with what is stated alone."""
-    return identify_with(*given, assume=False, **asked)
+    return identified(*given, assume=False, **asked)
 
 
 def recorded(whisker, seed=1, scale=1.0, alone=False):

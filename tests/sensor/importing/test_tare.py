@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from steel import Given
+from steel import Given, identified
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor import Whisker, identify, scan, series, surfaces
+from vibrissa.sensor import Whisker, scan, series, surfaces
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.importing.importing import zeros_of
 from vibrissa.sensor.transducer import CHANNELS
@@ -44,9 +44,9 @@ def test_identify_reads_the_errors_of_the_zeros(tmp_path, signals, whisker, name
     told = ZEROS
     if whisker is None:  # the ratio of the forces has no moment
         told = {name: size for name, size in ZEROS.items() if name != "zero_moment_z"}
-    travelled = identify(whisker, tmp_path / name)
+    travelled = identified(whisker, tmp_path / name)
     series.write(tmp_path / "retyped.csv", Given(signals))
-    retyped = identify(whisker, tmp_path / "retyped.csv", tolerances=told)
+    retyped = identified(whisker, tmp_path / "retyped.csv", tolerances=told)
     assert set(tolerances_of(travelled)) == set(told)
     assert tolerances_of(travelled) == pytest.approx(tolerances_of(retyped))
     assert np.array_equal(travelled.periods.mu0, retyped.periods.mu0, equal_nan=True)
@@ -55,7 +55,7 @@ def test_identify_reads_the_errors_of_the_zeros(tmp_path, signals, whisker, name
 def test_a_stated_tolerance_goes_before_that_of_the_recording(tmp_path, signals):
     series.write(tmp_path / "a.csv", Given(signals, HEADER))
     stated = Whisker.read(2, "85 mm", tolerances={"zero_force_x": "exact"}, **ROD)
-    found = identify(stated, tmp_path / "a.csv", tolerances={"zero_force_y": "7 mN"})
+    found = identified(stated, tmp_path / "a.csv", tolerances={"zero_force_y": "7 mN"})
     force = WHISKER.units.channels[0]
     of = tolerances_of(found)
     assert "zero_force_x" not in of and of["zero_force_y"] == pytest.approx(7e-3 / force)
@@ -64,7 +64,7 @@ def test_a_stated_tolerance_goes_before_that_of_the_recording(tmp_path, signals)
 def test_a_wrong_line_of_the_header_is_named(tmp_path, signals):
     series.write(tmp_path / "a.csv", Given(signals, {"zero_force_x": "1 ± 2 ± 3 mN"}))
     with pytest.raises(ArgumentError, match=r"a\.csv: zero_force_x must be a force.*got .2 ± 3 mN"):
-        identify(WHISKER, tmp_path / "a.csv")
+        identified(WHISKER, tmp_path / "a.csv")
 
 
 def laboratory(free, lowered, signals, rest=60, offset=(0.3, -0.1, 5e-3), seed=1):
@@ -120,15 +120,15 @@ def test_an_imported_recording_has_the_friction_of_one_that_was_tared(tmp_path, 
     series.write(tmp_path / "imported.csv", found)
     series.write(tmp_path / "tared.csv", Given(signals))
     imported, tared = (
-        identify(WHISKER, tmp_path / name, noise="3 mN, 3 mN, 0.1 mN*m").periods
+        identified(WHISKER, tmp_path / name, noise="3 mN, 3 mN, 0.1 mN*m").periods
         for name in ("imported.csv", "tared.csv")
     )
     slipped = tared.status == "slip"
     assert slipped.sum() > 3 and (imported.status == tared.status).all()
     assert imported.mu0[slipped] == pytest.approx(tared.mu0[slipped], abs=3e-3)
     frame = found.to_pandas()
-    assert identify(WHISKER, frame).periods.mu0 == pytest.approx(
-        identify(WHISKER, tmp_path / "imported.csv").periods.mu0, nan_ok=True, rel=1e-6
+    assert identified(WHISKER, frame).periods.mu0 == pytest.approx(
+        identified(WHISKER, tmp_path / "imported.csv").periods.mu0, nan_ok=True, rel=1e-6
     )
 
 

@@ -1,12 +1,10 @@
 """Identification of friction with a whisker, in the units of its rod."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vibrissa.errors import (
     ArgumentError,
@@ -29,8 +27,9 @@ from vibrissa.sensor.identification.recording import (
 )
 from vibrissa.sensor.identification.result import Identification, beside
 from vibrissa.sensor.identification.task import Task, in_samples, task_of
-from vibrissa.sensor.quantities import Quantity, Units, chosen, wished_units
-from vibrissa.sensor.transducer import Transducer, transducer_of
+from vibrissa.sensor.quantities import Units, chosen
+from vibrissa.sensor.setup import Setup
+from vibrissa.sensor.transducer import transducer_of
 from vibrissa.sensor.whisker import Whisker
 
 if TYPE_CHECKING:
@@ -45,14 +44,10 @@ UNTARED = (
 
 
 def identify(
-    whisker: Whisker | None,
+    setup: Setup,
     recording: "Recording | Path | str | DataFrame",
     *,
     method: Method | str | None = None,
-    transducer: Transducer | str | None = None,
-    noise: str | ArrayLike | None = None,
-    tolerances: Mapping[str, Quantity] | None = None,
-    assume: bool = True,
     slip_time: str | None = None,
     delay: str | None = None,
 ) -> Identification:
@@ -60,26 +55,16 @@ def identify(
 
     Parameters
     ----------
-    whisker : Whisker or None
-        The rod and the height of the surface; None: only the method ``ratio`` is possible, and
-        results are in SI units, or nondimensional if the recording is.
+    setup : Setup
+        The rod, its clamp and the transducer, with their tolerances. The set-up is fitted within
+        the tolerances. The noise is estimated if neither noise nor transducer is stated. If theta
+        and eta are not stated, only the method ``ratio`` is possible, and results are in SI units,
+        or nondimensional if the recording is.
     recording : Recording, Path, str or DataFrame
         A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
         ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``.
     method : Method, optional
         Method of estimating friction; default: ``model`` with a rod, else ``ratio``.
-    transducer : Transducer or str, optional
-        Transducer that made the recording; it gives noise and range.
-    noise : str or array_like, shape (3,), optional
-        Standard deviation of one reading of force_x, force_y and moment_z, as in
-        ``"3 mN, 3 mN, 10 uN*m"``. It is estimated if neither noise nor transducer is given.
-    tolerances : mapping of str to str or number, optional
-        Standard deviations of quantities of the set-up, in addition to those of the whisker, as in
-        ``{"clamp_angle": "1 deg", "modulus": "2 %", "eta": "exact"}``. The set-up is fitted within
-        them. Their names: `vibrissa.sensor.tolerances.TOLERABLE`.
-    assume : bool
-        Whether quantities without a stated tolerance have the default tolerance; otherwise they
-        are exact.
     slip_time : str, optional
         Duration of a slip, ``"10 ms"``; its samples are left out.
     delay : str, optional
@@ -92,26 +77,24 @@ def identify(
     Raises
     ------
     ArgumentError
-        If an argument is out of range or a name unknown.
+        If an argument or a quantity of the set-up is out of range.
     RecordingError
         If the recording cannot be used; the message names the line.
     NoResponseError
         If the response of the whisker is not found.
     """
+    whisker = setup.whisker if setup.has_whisker else None
     method = chosen(Method, method or (Method.MODEL if whisker else Method.RATIO), "method")
     if method is Method.MODEL and whisker is None:
         raise ArgumentError(
             f"the method {method} needs the rod: give theta and eta, or use the method ratio"
         )
     recording = Path(recording) if isinstance(recording, str) else recording
-    if whisker is not None:
-        wished = wished_units(noise, *(tolerances or {}).values())
-        whisker = replace(whisker, wished=wished | dict(whisker.wished))
     if whisker is not None and (whisker.rod is not None or method is Method.MODEL):
         units = whisker.units
     else:
         units = Units() if isinstance(recording, Recording) else units_of(recording)
-    sensor = None if transducer is None else transducer_of(transducer, units)
+    sensor = None if setup.transducer is None else transducer_of(setup.transducer, units)
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, method, sensor)
     if len(recording) < FEWEST_SAMPLES:
@@ -124,7 +107,7 @@ def identify(
     )
     # A recording in SI units cannot be compared with a rod whose size is not known.
     rod = whisker if whisker is not None and whisker.units == units else None
-    task = task_of(recording, rod, units, sensor, noise, tolerances or {}, assume)
+    task = task_of(recording, setup, rod, sensor, units)
     found = _read(task) if rod is None else _read_both(task, rod, method)
     # The slope of the surface changes the friction by both methods alike.
     return replace(found, periods=found.periods.on_slope(found.slope))

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, IntArray
@@ -14,7 +13,8 @@ from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter,
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
 from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips
 from vibrissa.sensor.identification.slope import Slope
-from vibrissa.sensor.quantities import Kind, Quantity, Units
+from vibrissa.sensor.quantities import Kind, Units
+from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.sensor.whisker import Whisker
@@ -121,35 +121,42 @@ class Task:
 
 def task_of(
     recording: Recording,
+    setup: Setup,
     whisker: Whisker | None,
-    units: Units,
     transducer: Transducer | None,
-    noise: str | ArrayLike | None,
-    tolerances: Mapping[str, Quantity],
-    assume: bool,
+    units: Units,
 ) -> Task:
-    """Collect the inputs of an identification from the arguments of `identify`.
+    """Collect the inputs of an identification.
+
+    Parameters
+    ----------
+    whisker : Whisker or None
+        The whisker of the set-up; None if the recording is not compared with it.
+    transducer : Transducer or None
+        The transducer of the set-up.
+    units : Units
+        Units of the recording.
 
     Raises
     ------
     ArgumentError
-        If an argument is out of range, or no quantity has the name of a tolerance.
+        If a tolerance is out of range.
     RecordingError
         If the readings have no measurable noise.
     """
-    given = _noise(noise, transducer, units)
+    given = _noise(setup, transducer, units)
     known = _measurable(noise_of(recording.readings) if given is None else given, recording)
-    assumed = assumed_tolerances(units, known) if assume else {}
-    of_whisker = {} if whisker is None else whisker.tolerances
-    read = read_tolerances(units, tolerances, whisker)
+    assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
-        known = np.maximum(known, LEAST_FITTED)
-    elif needless := [name for name in tolerances if name not in (*BEARING, SLOPE)]:
-        read = {name: size for name, size in read.items() if name not in needless}
-        recording = recording.noted(
-            f"the ratio of the forces does not use the tolerance of {', '.join(needless)}"
-        )
-    stated = {**read_tolerances(units, recording.zeros, whisker), **of_whisker, **read}
+        read, known = whisker.tolerances, np.maximum(known, LEAST_FITTED)
+    else:
+        read = read_tolerances(units, setup.tolerances)
+        if needless := [name for name in read if name not in (*BEARING, SLOPE)]:
+            read = {name: size for name, size in read.items() if name not in needless}
+            recording = recording.noted(
+                f"the ratio of the forces does not use the tolerance of {', '.join(needless)}"
+            )
+    stated = {**read_tolerances(units, recording.zeros, whisker), **read}
     full_scale = _full_scale(recording, transducer, units)
     length = SLOPE_LENGTH / units.unit(Kind.LENGTH) if units.si else OWN_SLOPE_LENGTH
     recording, sizes = _tared(recording, known, {**assumed, **stated}, stated)
@@ -181,24 +188,11 @@ def _tared(
     return recording, sizes | {ZEROS[i]: float(deviation[i]) for i in own}
 
 
-def _noise(
-    noise: str | ArrayLike | None, transducer: Transducer | None, units: Units
-) -> FloatArray | None:
-    """Return the given noise of the three channels, nondimensional; None if none is given."""
+def _noise(setup: Setup, transducer: Transducer | None, units: Units) -> FloatArray | None:
+    """Return the stated noise of the three channels, nondimensional; None if none is stated."""
     if transducer is not None:
-        if noise is not None:
-            raise ArgumentError("give the noise or the transducer, not both")
-        noise = transducer.deviation
-        values = np.array(noise) / units.channels
-    elif noise is None:
-        return None
-    elif isinstance(noise, str):
-        values = units.read_channels(noise, "noise")
-    else:
-        values = np.asarray(noise, dtype=float)
-    if values.shape != (len(CHANNELS),) or not ((values >= 0.0).all() and values.any()):
-        raise ArgumentError(f"noise must be three values, at least 0, not all 0, got {noise!r}")
-    return values
+        return np.array(transducer.deviation) / units.channels
+    return None if setup.noise is None else units.read_channels(setup.noise, "noise")
 
 
 def _full_scale(recording: Recording, transducer: Transducer | None, units: Units) -> FloatArray:
