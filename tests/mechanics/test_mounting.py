@@ -21,7 +21,7 @@ from vibrissa.sticking.solving.collocation import solve_curves
         ({"stage_angle": float("nan")}, "stage_angle must be a finite number, got nan"),
         ({"clamp_angle": "2 deg"}, "clamp_angle must be a finite number, got '2 deg'"),
         ({"clamp_angle": True}, "clamp_angle must be a finite number, got True"),
-        ({"clamp_compliance": -0.1}, "clamp_compliance must not be negative (L/(E I0)), got -0.1"),
+        ({"clamp_compliance": -0.1}, "clamp_compliance must not be negative, got -0.1 L/(E I0)"),
         ({"curvature": ()}, "curvature must be a number or a list of numbers, got ()"),
         ({"curvature": None}, "curvature must be a number or a list of numbers, got None"),
         ({"curvature": (0.1, "a")}, "curvature must be a finite number, got 'a'"),

@@ -66,7 +66,8 @@ def deformed_shape(
     Parameters
     ----------
     x1, y1 : float
-        Position of the tip relative to the clamp (L) if the part beyond s_c lies on the surface.
+        Position that the tip would have, relative to the clamp, if the part beyond s_c were
+        straight along the surface (L). If s_c = 1, it is the position of the tip.
     s : ndarray, shape (points,)
         Arc lengths between 0 and 1, increasing (L).
     s_c : float

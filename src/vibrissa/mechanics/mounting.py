@@ -71,7 +71,7 @@ class Mounting:
         compliance = _number("clamp_compliance", self.clamp_compliance)
         if compliance < 0.0:
             raise ArgumentError(
-                f"clamp_compliance must not be negative (L/(E I0)), got {compliance!r}"
+                f"clamp_compliance must not be negative, got {compliance!r} L/(E I0)"
             )
         # Lists and arrays become tuples.
         object.__setattr__(self, "curvature", _listed(self.curvature))

@@ -114,8 +114,8 @@ def profile(x: ArrayLike, mu0: ArrayLike) -> Surface:
 
     Examples
     --------
-    >>> print(profile([0.0, 1.0], [0.2, 0.4])(0.25))
-    0.25
+    >>> print(profile([0.0, 1.0], [0.2, 0.6])(0.5))
+    0.4
     """
     at, values = _increasing("a profile", x, mu0, 2)
     return Surface(

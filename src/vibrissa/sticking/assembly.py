@@ -25,9 +25,9 @@ NOT_IN_PLANE = (
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ShapeLimits(Batch):
-    """Places on the pieces of a curve at which the rod's shape may end the curve.
+    """Places at which a curve may end because the shape of the rod is not possible there.
 
-    A place is a value of the piece's continuation parameter; NaN if the piece has no such place.
+    A place is a value of the continuation parameter of a piece; NaN if the piece has no such place.
 
     Attributes
     ----------

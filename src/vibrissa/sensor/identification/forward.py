@@ -43,7 +43,10 @@ STEP, STEP_IN_GAP = 1e-4, 1e-3
 
 
 def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
-    """Return a whisker with deviations from the given one; `eta` is in units of its new length."""
+    """Return the whisker `given`, changed by the deviations `size`, which are named by parameter.
+
+    The height of the result is in units of its own length.
+    """
     mounting = given.mounting
     first, *others = mounting.coefficients
     return replace(

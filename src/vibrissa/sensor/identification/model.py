@@ -31,7 +31,8 @@ def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
     Raises
     ------
     NoResponseError
-        If the rod has no response, or the stage takes it too near to the clamp or too far from it.
+        If the rod has no response, or the stage brings the clamp too near to the surface or too far
+        from it.
     """
     heights = whisker.height(task.recording.clamp)
     low, high = float(heights.min()), float(heights.max())

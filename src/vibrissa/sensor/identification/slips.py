@@ -215,9 +215,9 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     clear = sudden[(np.abs(sudden) > FALL) & usual]
     if (clear**3).sum() < 0.0:
         raise RecordingError(
-            "in slips force_x grows instead of falling: column force_x or footpoint has the wrong "
-            "sign. force_x is the load of the rod on the clamp, negative where a clamp that moves "
-            "forward pushes the tip"
+            "the load on the clamp grows in slips instead of falling: column force_x or footpoint "
+            "has the wrong sign. force_x is the force of the rod on the clamp. It is negative "
+            "while the clamp moves forward and pushes the tip"
         )
     if not len(spans):
         raise RecordingError("no samples are left between the slips: give a shorter slip_time")

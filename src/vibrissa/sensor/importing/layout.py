@@ -113,7 +113,9 @@ class Layout:
         found = [number for number, title in enumerate(self.titles) if title == source]
         found = found or [number for number, each in enumerate(names) if name.casefold() in each]
         if len(found) > 1:
-            raise ArgumentError(f"several columns are called {name}: give a number, as in #1")
+            raise ArgumentError(
+                f"several columns are called {name}: give a number instead, as in #1"
+            )
         if not found:
             return None
         title = self.titles[found[0]]

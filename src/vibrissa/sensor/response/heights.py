@@ -329,10 +329,10 @@ def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
     if len({(len(one.bounds), one.lock, one.curve.end) for one in solved}) > 1:
         raise NoResponseError(
             "the type of contact (tip or line), or the way in which sticking ends, changes between "
-            "these heights"
+            "them"
         )
     if not _agrees(HeightRange(parts=(found,)).states(between), unseen, EXACT):
-        raise NoResponseError("it cannot be interpolated exactly between these heights")
+        raise NoResponseError("the reactions cannot be interpolated accurately between them")
     return found
 
 

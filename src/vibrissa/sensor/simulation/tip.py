@@ -50,7 +50,7 @@ class SlipLaw(StrEnum):
     FREE
         At α = 0, where no friction is needed (the paper's assumption).
     KINETIC
-        Where |tan α| = μk: the tip creeps, without inertia.
+        Where |tan α| = μk: the tip slides so slowly that inertia plays no part.
     ENERGY
         Where kinetic friction has dissipated the released bending energy, at zero velocity.
     """
