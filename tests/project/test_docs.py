@@ -56,6 +56,12 @@ def test_help_names_every_target():
     assert targets == set(re.findall(r'@echo "  make ([a-z-]+)', makefile))
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_no_line_is_lost_as_a_comment(page):
+    # The site leaves out a line that begins with a per cent sign.
+    assert not re.search(r"^\s*%", PAGES[page], re.MULTILINE)
+
+
 def anchors(text):
     """Places in a page that a link can point to, as GitHub names them."""
     titles = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
