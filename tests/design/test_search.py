@@ -72,6 +72,16 @@ def test_the_best_of_each_taper_is_told_with_what_it_costs(best):
 
 
 @pytest.mark.slow
+def test_a_rod_at_its_bound_meets_the_constraint():
+    use = checks_of(design(asked(**GOOD)))["strain"].use
+    found = design(asked(**GOOD, safety=1.5 / use))
+    assert checks_of(found)["strain"].use == pytest.approx(1.0, abs=1e-12)
+    assert found.status is DesignStatus.FOUND and "strain" in found.active_constraints
+    beyond = design(asked(**GOOD, safety=1.5 / use * (1.0 + 1e-6)))
+    assert beyond.status is DesignStatus.NONE and beyond.active_constraints == ["strain"]
+
+
+@pytest.mark.slow
 def test_the_transducer_keeps_a_margin():
     used = {load: checks_of(design(asked(**GOOD, load=load)))["moment_z"] for load in (0.45, 0.9)}
     assert used[0.45].value == used[0.9].value and used[0.9].bound == 0.9 * SENSOR.limit[2]

@@ -1,5 +1,6 @@
 """What is said to the paper's statements, and that it would be something else if they were."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -510,6 +511,12 @@ def test_the_ledger_as_a_table_and_to_read(evidence, tmp_path):
     assert "force: 6996.8 N" in lines[6] and "**contradicted**" in lines[7]
     # A bar inside a cell is not the cell's end.
     assert all(line.replace("\\|", "").count("|") == 6 for line in lines[4:])
+
+
+def test_the_ledger_reads_as_before(evidence, snapshot):
+    table = claims_table(CLAIMS, evidence, study="paper", method="collocation")
+    # Rounding errors differ from machine to machine.
+    assert re.sub(r"[\d.]+e-1\d", "~0", markdown(table)) == snapshot
 
 
 def test_verdicts_are_counted(evidence):

@@ -2,6 +2,7 @@
 
 import re
 import runpy
+import tomllib
 from pkgutil import resolve_name
 
 import pytest
@@ -34,6 +35,11 @@ def test_example_study_is_valid():
     (_, example), _ = blocks("yaml", ["docs/study.md"])
     study = read_study(None, yaml.safe_load(example))
     assert number_of_points(study.grids["strong_taper"].axes) == 15 * 3 * 3
+
+
+def test_the_set_up_that_a_page_shows_is_that_of_the_example():
+    ((_, shown),) = blocks("toml", ["docs/friction.md"])
+    assert tomllib.loads(shown) == tomllib.loads((ROOT / "examples/setup.toml").read_text())
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.yaml")), ids=lambda p: p.name)

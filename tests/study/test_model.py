@@ -322,6 +322,11 @@ def test_the_command_line_changes_keys_and_its_mistakes_are_its_own(read):
         read(STUDY, {"contact": "tip"})
 
 
+def test_shooting_solves_the_ideal_mounting(read):
+    study = read(edited(("method: collocation", "method: shooting")))
+    assert study.method is Solver.SHOOTING
+
+
 def test_mountings_are_refused_where_nothing_solves_or_shows_them(read):
     (told,) = mistakes(read, MOUNTED + "method: shooting\n")
     assert "allowed here: collocation" in told

@@ -90,6 +90,20 @@ def test_a_damaged_table_is_not_opened(long_table):
         query.opened(long_table, STICTION)
 
 
+def test_a_single_wrong_byte_is_noticed(long_table):
+    names = STICTION.names
+    column = pq.ParquetFile(long_table).metadata.row_group(1).column(names.index("mu0"))
+    table, data = query.opened(long_table, STICTION), long_table.read_bytes()
+    first = column.dictionary_page_offset or column.data_page_offset
+    last = first + column.total_compressed_size - 1
+    for back in range(0, 60, 7):
+        wrong = bytearray(data)
+        wrong[last - back] ^= 1
+        long_table.write_bytes(wrong)
+        with pytest.raises(DamagedTableError, match="cannot be read"):
+            query.rows(table, ["mu0"])
+
+
 def test_a_table_that_is_damaged_while_it_is_read_is_named(long_table):
     table = query.opened(long_table, STICTION)
     data = bytearray(long_table.read_bytes())

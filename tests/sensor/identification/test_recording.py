@@ -6,7 +6,7 @@ import pytest
 
 from steel import ROD, SCALE, SENSOR
 from vibrissa.errors import RecordingError
-from vibrissa.sensor.identification.recording import Method, read_recording, units_of
+from vibrissa.sensor.identification.recording import Method, left_out, read_recording, units_of
 from vibrissa.sensor.quantities import Kind, Units
 
 NAN = np.nan
@@ -26,6 +26,17 @@ def table(rows=30, **columns):
 
 def read(frame, method=Method.MODEL, transducer=None, units=None):
     return read_recording(frame, units or Units(ROD), method, transducer)
+
+
+def test_a_note_names_a_few_stretches_of_lines():
+    assert left_out(np.array([3]), "off") == ("off in 1 row, left out: line 3",)
+    assert left_out(np.arange(2, 12, 2), "off")[0].endswith("line 2, 4, 6, 8, 10")
+    assert left_out(np.arange(2, 14, 2), "off")[0].endswith("line 2, 4, 6, 8, 10, ...")
+
+
+def test_a_file_with_another_ending_is_for_import(tmp_path):
+    with pytest.raises(RecordingError, match=r"must be \.csv or \.parquet\. vibrissa import reads"):
+        read_recording(tmp_path / "lab.txt", Units(), Method.MODEL)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +111,7 @@ def test_a_missing_position_counts_and_one_row_is_left_out_once():
     frame.loc[[3, 4], "footpoint [m]"] = NAN
     frame.loc[[4, 5], "force_x [N]"] = -20.0
     missing, full = read(frame, transducer=SENSOR).notes
-    assert missing == "a value is missing in 2 rows, left out: line 4, 5"
+    assert missing == "a value is missing in 2 rows, left out: line 4-5"
     assert full == "the transducer is saturated in 1 row, left out: line 6"
 
 
@@ -128,9 +139,8 @@ def test_ends_that_are_no_scan_are_noted_by_their_lines():
     found = read(frame)
     assert found.line.tolist() == list(range(40, 141))
     assert found.notes == (
-        "no load: nothing touches the surface in 15 rows, left out: line 1, 2, 3, 4, 5, ...",
-        "the clamp rests before or after the scan in 44 rows, left out: line "
-        "16, 17, 18, 19, 20, ...",
+        "no load: nothing touches the surface in 15 rows, left out: line 1-15",
+        "the clamp rests before or after the scan in 44 rows, left out: line 16-39, 141-160",
     )
 
 

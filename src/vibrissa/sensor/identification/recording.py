@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from vibrissa.errors import OtherTableError, RecordingError
+from vibrissa.errors import ArgumentError, OtherTableError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
@@ -27,6 +27,8 @@ FEWEST_SAMPLES = 3
 STEPS = 9
 # Second differences beyond this multiple of their standard deviation are slips, not noise.
 OUTLIER = 4.0
+# Number of stretches of lines that a note lists.
+LISTED = 5
 # A row belongs to the rows without load up to this many median deviations from their median.
 TOUCHES = 7.0
 
@@ -246,7 +248,7 @@ def _table(
     """Read a table; for a file of another program the error names `vibrissa import`."""
     try:
         return series.read(source, names, optional)
-    except OtherTableError as error:
+    except (ArgumentError, OtherTableError) as error:
         if not isinstance(source, Path):
             raise
         raise OtherTableError(f"{error}. {IMPORT}") from None
@@ -279,8 +281,10 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
     """Write a note that lists rows which are left out; no note if there are none."""
     if not len(lines):
         return ()
-    shown = ", ".join(str(line) for line in lines[:5]) + (", ..." if len(lines) > 5 else "")
-    return (f"{why} in {counted(len(lines), 'row')}, left out: line {shown}",)
+    runs = np.split(lines, np.flatnonzero(np.diff(lines) > 1) + 1)
+    shown = [f"{one[0]}-{one[-1]}" if len(one) > 1 else f"{one[0]}" for one in runs[:LISTED]]
+    more = ["..."] if len(runs) > LISTED else []
+    return (f"{why} in {counted(len(lines), 'row')}, left out: line {', '.join(shown + more)}",)
 
 
 def noise_of(readings: FloatArray) -> FloatArray:

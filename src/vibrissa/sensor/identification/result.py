@@ -17,6 +17,7 @@ from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
 from vibrissa.sensor.identification.uncertainty import common_deviation
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
+from vibrissa.wording import counted
 
 # Numbers of standard deviations above which the means, and the frictions of one period, disagree.
 MEANS, ONE = 4.0, 6.0
@@ -51,6 +52,15 @@ class Beside:
     def agrees(self) -> bool:
         """Whether the means by both methods agree; true if they are not known."""
         return not abs(self.difference) > MEANS * self.spread
+
+    def __str__(self) -> str:
+        """Format the difference as a line."""
+        number, within = int(np.isfinite(self.ratio).sum()), f"within {MEANS:g} standard deviations"
+        verdict = f"they agree {within}" if self.agrees else "they disagree: one of them is wrong"
+        return (
+            "the model of the rod and the ratio of the forces differ by "
+            f"{self.difference:+.2g} ± {self.spread:.2g} in {counted(number, 'period')}: {verdict}"
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

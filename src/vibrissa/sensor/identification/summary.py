@@ -112,11 +112,7 @@ class FrictionSummary:
             yield f"{counted(self.doubtful, 'period')} in doubt: see the column doubt of the table"
         beside = self.found.beside
         if beside is not None and np.isfinite(beside.difference):
-            agree = "they agree" if beside.agrees else "they disagree: one of them is wrong"
-            size = f"{beside.difference:+.2g} ± {beside.spread:.1g}"
-            of = f"the model of the rod and the ratio of the forces differ by {size}"
-            number = int(np.isfinite(beside.ratio).sum())
-            yield f"{of} in {counted(number, 'period')}: {agree}"
+            yield str(beside)
         if self.variation:
             yield f"mu0 differs from place to place by ± {self.variation:.2g}"
 
@@ -137,7 +133,8 @@ class FrictionSummary:
     def _mean(self) -> Iterator[str]:
         # To two digits of the error, which may be 0 or unknown.
         digits = int(np.clip(1 - np.floor(np.log10(np.fmax(self.deviation, 1e-9))), 0, 9))
-        yield f"mu0 = {self.mean:.{digits}f} ± {self.deviation:.2g}, mean of {self._of}"
+        doubt = " (in doubt)" if self.doubtful + self.wrong > MOST_WRONG * self.used else ""
+        yield f"mu0 = {self.mean:.{digits}f} ± {self.deviation:.2g}{doubt}, mean of {self._of}"
         yield f"± {self.random:.1g} is random, ± {self.common:.1g} the same in all periods"
         gains = {name: to for name, to in self.if_exact.items() if to < HELPS * self.deviation}
         first = [f"{name} (then ± {to:.2g})" for name, to in gains.items()][:NAMED]

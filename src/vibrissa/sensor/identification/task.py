@@ -1,6 +1,6 @@
 """Inputs of an identification: recording, noise, tolerances, set-up."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,7 +13,7 @@ from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter,
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
 from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips
 from vibrissa.sensor.identification.slope import Slope
-from vibrissa.sensor.quantities import Kind, Units
+from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Units
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.transducer import CHANNELS, Transducer
@@ -22,6 +22,8 @@ from vibrissa.sensor.whisker import Whisker
 # Least noise that is not 0, in units of the rod; least noise of a fit, to which smaller noise is
 # raised, as rounding would spoil the fit.
 LEAST_NOISE, LEAST_FITTED = 1e-50, 5e-8
+# Readings are noisier than stated if their scatter exceeds the stated noise by this factor.
+NOISIER = 1.5
 # Correlation length of the slope of the surface: in m, and in L for a rod without a size.
 SLOPE_LENGTH, OWN_SLOPE_LENGTH = 5e-3, 0.05
 ZEROS = tuple(f"zero_{name}" for name in CHANNELS)
@@ -144,8 +146,9 @@ def task_of(
     RecordingError
         If the readings have no measurable noise.
     """
-    given = _noise(setup, transducer, units)
-    known = _measurable(noise_of(recording.readings) if given is None else given, recording)
+    given, scatter = _noise(setup, transducer, units), noise_of(recording.readings)
+    known = _measurable(scatter if given is None else given, recording)
+    recording = recording.noted(*_noisier(scatter, known, units))
     assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
         read, known = whisker.tolerances, np.maximum(known, LEAST_FITTED)
@@ -193,6 +196,13 @@ def _noise(setup: Setup, transducer: Transducer | None, units: Units) -> FloatAr
     if transducer is not None:
         return np.array(transducer.deviation) / units.channels
     return None if setup.noise is None else units.read_channels(setup.noise, "noise")
+
+
+def _noisier(scatter: FloatArray, noise: FloatArray, units: Units) -> Iterator[str]:
+    """Write a note on each channel whose readings scatter more than its stated noise allows."""
+    for i in np.flatnonzero(scatter > NOISIER * noise):
+        more, stated = (units.spelled(one[i], CHANNEL_KINDS[i], 2) for one in (scatter, noise))
+        yield f"{CHANNELS[i]} scatters from reading to reading by {more}; stated is {stated}"
 
 
 def _full_scale(recording: Recording, transducer: Transducer | None, units: Units) -> FloatArray:
