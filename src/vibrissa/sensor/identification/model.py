@@ -69,6 +69,8 @@ def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identifi
         goodness=goodness,
         causes=causes_of(fit, goodness.fits) if doubted else (),
     )
+    if not (goodness.fits or periods.coarse):
+        found = found.noted(*task.noisier())
     return found.doubted(unfitted(found, fit.settled)) if doubted else found
 
 

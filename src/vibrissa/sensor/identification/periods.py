@@ -147,6 +147,11 @@ class Periods(Batch):
         said = [one for one in self.checks if one.periods.any() and not one.summed]
         return (*self.left_out, *(f"{one.grade}: {one.sentence}{self._where(one)}" for one in said))
 
+    @property
+    def coarse(self) -> list[str]:
+        """Reasons why the samples are too coarse; empty if they are not."""
+        return [one.sentence for one in self.checks if one.coarse and one.periods.any()]
+
     def _where(self, check: Check) -> str:
         """Lines of the first periods that a check concerns; empty if it concerns all."""
         if check.periods.all():

@@ -110,9 +110,9 @@ class Identification(Tabular):
         """Whether the recording fits the set-up; true without a rod."""
         return self.goodness is None or self.goodness.fits
 
-    def noted(self, note: str) -> "Identification":
-        """Add a note to the periods."""
-        left_out = (*self.periods.left_out, note)
+    def noted(self, *notes: str) -> "Identification":
+        """Add notes to the periods."""
+        left_out = (*self.periods.left_out, *notes)
         return replace(self, periods=replace(self.periods, left_out=left_out))
 
     def doubted(self, *checks: Check) -> "Identification":

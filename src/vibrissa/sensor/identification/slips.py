@@ -216,8 +216,9 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     if (clear**3).sum() < 0.0:
         raise RecordingError(
             "the load on the clamp grows in slips instead of falling: column force_x or footpoint "
-            "has the wrong sign. force_x is the force of the rod on the clamp. It is negative "
-            "while the clamp moves forward and pushes the tip"
+            "has the wrong sign, or the tip slips in almost every step (sample more finely). "
+            "force_x is the force of the rod on the clamp. It is negative while the clamp moves "
+            "forward and pushes the tip"
         )
     if not len(spans):
         raise RecordingError("no samples are left between the slips: give a shorter slip_time")

@@ -99,8 +99,7 @@ class FrictionSummary:
 
     def _lines(self) -> Iterator[str]:
         yield from self._mean() if self.used else self._bound()
-        checks = self.found.periods.checks
-        if coarse := [one.sentence for one in checks if one.coarse and one.periods.any()]:
+        if coarse := self.found.periods.coarse:
             yield from coarse
             return
         yield from self._fit()

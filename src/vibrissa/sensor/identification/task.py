@@ -89,6 +89,15 @@ class Task:
         zeros = [one for one in self.parameters if one.of in ZEROS[:2] and one.deviation > 0.0]
         return not (self.recording.air_rows or all(one.stated for one in zeros))
 
+    def noisier(self) -> Iterator[str]:
+        """Write a note on each channel whose readings scatter more than its stated noise allows."""
+        scatter = noise_of(self.recording.readings)
+        for i in np.flatnonzero(scatter > NOISIER * self.noise):
+            more, stated = (
+                self.units.spelled(one[i], CHANNEL_KINDS[i], 2) for one in (scatter, self.noise)
+            )
+            yield f"{CHANNELS[i]} scatters from reading to reading by {more}; stated is {stated}"
+
     @property
     def last(self) -> int:
         """Index of the last row of the recording; at least 1, so that it can be a divisor."""
@@ -146,9 +155,8 @@ def task_of(
     RecordingError
         If the readings have no measurable noise.
     """
-    given, scatter = _noise(setup, transducer, units), noise_of(recording.readings)
-    known = _measurable(scatter if given is None else given, recording)
-    recording = recording.noted(*_noisier(scatter, known, units))
+    given = _noise(setup, transducer, units)
+    known = _measurable(noise_of(recording.readings) if given is None else given, recording)
     assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
         read, known = whisker.tolerances, np.maximum(known, LEAST_FITTED)
@@ -196,13 +204,6 @@ def _noise(setup: Setup, transducer: Transducer | None, units: Units) -> FloatAr
     if transducer is not None:
         return np.array(transducer.deviation) / units.channels
     return None if setup.noise is None else units.read_channels(setup.noise, "noise")
-
-
-def _noisier(scatter: FloatArray, noise: FloatArray, units: Units) -> Iterator[str]:
-    """Write a note on each channel whose readings scatter more than its stated noise allows."""
-    for i in np.flatnonzero(scatter > NOISIER * noise):
-        more, stated = (units.spelled(one[i], CHANNEL_KINDS[i], 2) for one in (scatter, noise))
-        yield f"{CHANNELS[i]} scatters from reading to reading by {more}; stated is {stated}"
 
 
 def _full_scale(recording: Recording, transducer: Transducer | None, units: Units) -> FloatArray:
