@@ -40,7 +40,7 @@ class TableError(VibrissaError):
 class DamagedTableError(TableError):
     """A damaged table; delete its file, and the next run writes it again."""
 
-    REMEDY = "delete it and run again: it is made again"
+    REMEDY = "delete this table and run again: it is made again"
 
     def __init__(self, path: str | Path, reason: str, remedy: str = REMEDY) -> None:
         super().__init__(f"{path} {reason}; {remedy}")

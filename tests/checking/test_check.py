@@ -192,12 +192,14 @@ def test_a_layout_that_says_nothing_is_refused(blessed, tmp_path):
     path = tmp_path / "my.yaml"
     for text in ("stiction: 3", "a: {keys: [b], columns: {c: near}}", "a: ["):
         path.write_text(text)
-        with pytest.raises(ComparisonError, match=r"my\.yaml does not define what to compare"):
+        with pytest.raises(ComparisonError, match=r"my\.yaml cannot be used"):
             read_layouts(path)
     (blessed[1] / "stiction.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ComparisonError, match=r"is not a table .*; restore it"):
         compared(blessed)
-    with pytest.raises(ComparisonError, match=r"has no tables/stiction\.parquet; run the study"):
+    with pytest.raises(
+        ComparisonError, match=r"has no file tables/stiction\.parquet; run the study"
+    ):
         condensed(blessed[1])
 
 
@@ -245,7 +247,7 @@ def test_the_command_tells_a_person_and_ci(tmp_path, stiction):
     assert check(tmp_path, *again)[0] == 0
     # Tables that this study file did not make, and a mistake in it, are refused before.
     status, screen = check(tmp_path)
-    assert status == 2 and "stiction.parquet belongs to another study file" in screen
+    assert status == 2 and "stiction.parquet was made from another study file" in screen
     (tmp_path / "a.yaml").write_text(STUDY.replace("[2]", "[0]"))
     status, screen = check(tmp_path)
     assert status == 2 and screen.startswith("error: a.yaml:2: grids.g.theta[0]: 0 is not allowed")

@@ -121,8 +121,8 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
         (["solve", *WHISKER, "--mu0", "much"], "mu0 must be a number"),
         (
             ["solve", "--theta", "2", "--eta", "85", *ROD, "--mu0", "0.3"],
-            "eta must lie between 0 and the length of the rod, 100 mm, got '85': write a height "
-            "with its unit, as in '85 mm'\n",
+            "eta must lie between 0 and the length of the rod, 100 mm, got '85'. A height in "
+            "mm needs its unit, as in '85 mm'\n",
         ),
         (["solve", *WHISKER, "--mu0", "-1"], "mu0 must be positive, got '-1'\n"),
         (
@@ -142,7 +142,7 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
         (["solve", *WHISKER, "--mu0", "0.3", *ROD, "--step", "3 kg"], "step must be a length"),
         (
             ["solve", *WHISKER, "--mu0", "0.3", "--material", "tin"],
-            "material needs the rod",
+            "a material alone does not do",
         ),
         (["solve", *WHISKER, *ROD, "--mu0", "0.3", "--material", "tin"], "material must be one"),
         (["solve", *WHISKER, "--mu0", "0.3", "-o", "x.txt"], "ending must be"),
@@ -186,7 +186,7 @@ def test_the_set_up_is_read_from_file_options_and_set_together(tmp_path):
     ("typed", "message"),
     [
         (["--clamp-angle", "3 kg"], "clamp_angle must be an angle with a unit such as rad,"),
-        (["--set", "clmp_angle=1"], "there is no key clmp_angle; did you mean clamp_angle?"),
+        (["--set", "clmp_angle=1"], "'clmp_angle' is not a key; did you mean clamp_angle?"),
         (["--set", "clamp_angle"], "--set needs name=value, got 'clamp_angle'"),
         (["--set", "section=flat"], "section: input should be 'round' or 'planar'"),
         (["--tolerance", "clmp_angle=1"], "; did you mean clamp_angle?"),

@@ -527,17 +527,17 @@ def test_verdicts_are_counted(evidence):
 @pytest.mark.parametrize(
     ("table", "status", "where"),
     [
-        ("stiction", "failed", "grid taper"),
-        ("stiction", "lock", "grid taper"),
-        ("scans", "lock", "scan nine_cycles"),
-        ("states", "failed", "state penetrating"),
+        ("stiction", "failed", "grid 'taper'"),
+        ("stiction", "lock", "grid 'taper'"),
+        ("scans", "lock", "scan 'nine_cycles'"),
+        ("states", "failed", "state 'penetrating'"),
     ],
 )
 def test_nothing_is_judged_by_what_failed(paper, study_tables, table, status, where):
     rows = study_tables[table].to_pylist()
     rows[0]["status"] = status
     doctored = study_tables[table].from_pylist(rows, schema=study_tables[table].schema)
-    with pytest.raises(TableError, match=f"{where} has rows with status {status}"):
+    with pytest.raises(TableError, match=f"rows of the {where} have the status {status}"):
         gather(study_tables | {table: doctored}, dict(paper.claims))
 
 
@@ -546,7 +546,7 @@ def test_points_beyond_the_lock_are_needed_and_have_to_slip_in_the_end(paper, st
     table = study_tables["stiction"]
     locked = [row | change if row["status"] == "lock" else row for row in table.to_pylist()]
     doctored = table.from_pylist(locked, schema=table.schema)
-    with pytest.raises(TableError, match="grid friction needs a μ0 above μ_lock, and none"):
+    with pytest.raises(TableError, match="grid 'friction' needs at least one μ0 above μ_lock"):
         gather(study_tables | {"stiction": doctored}, dict(paper.claims))
 
 

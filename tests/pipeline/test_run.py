@@ -70,7 +70,7 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     ownership.claim(results, first.absolute())
     assert Path("results/a/study_file.txt").read_text() == "first.yaml\n"
     ownership.check(results, first.absolute())
-    with pytest.raises(VibrissaError, match="give the key study another value in copy"):
+    with pytest.raises(VibrissaError, match="change the value of the key 'study' in copy"):
         ownership.check(results, copy)
     first.write_text("study: b\n")
     ownership.check(results, copy)

@@ -179,7 +179,7 @@ def test_a_channel_without_noise_is_not_used(whisker, signals):
     [
         (
             lambda frame: frame.drop(columns=["force_y", "moment_z"]),
-            "needed: column moment_z, or both force_x and force_y",
+            "needs the column moment_z, or both force_x and force_y",
         ),
         (lambda frame: frame.assign(force_x="much"), "line 1: force_x must be a finite number"),
         (lambda frame: frame[:0], "no rows"),

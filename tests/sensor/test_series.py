@@ -93,8 +93,8 @@ def test_a_frame_has_units_in_its_titles_or_beside_them():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("b,c\n1,2\n", "r.csv: column a is missing; there are: b, c"),
-        ("", "r.csv: column a is missing; there are: none"),
+        ("b,c\n1,2\n", "r.csv: column a is missing; the columns are: b, c"),
+        ("", "r.csv: column a is missing; the columns are: none"),
         ("a\n", "r.csv: the table has no rows"),
         ("a,b\n1,2\n3\n", "r.csv, line 3: 1 value, but line 1 has 2"),
         ("a,b\n1,2,3\n", "r.csv, line 2: 3 values, but line 1 has 2"),

@@ -105,7 +105,7 @@ def test_tolerances_are_in_units_of_the_rod():
         ({"tolerances": {"zero": 2}}, "a tolerance must be for one of theta, eta"),
         ({"tolerances": {"eta": "-1 mm"}}, "the tolerance of eta must not be negative"),
         ({"tolerances": 2}, "tolerances: input should be a valid dictionary"),
-        ({"thata": 2}, "there is no key thata; did you mean theta?"),
+        ({"thata": 2}, "'thata' is not a key; did you mean theta?"),
         ({"theta": None}, "theta is not given"),
     ],
 )
@@ -130,7 +130,7 @@ def test_all_errors_are_reported_together(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.toml", "curvature = 'ü'".encode("latin-1"), "save it as UTF-8"),
+        ("a.toml", "curvature = 'ü'".encode("latin-1"), "cannot be read as TOML in UTF-8"),
         ("a.toml", b"theta = 2,0", "(at line 1"),
         ("a.toml", b"theta: 2", "(at line 1"),
     ],

@@ -232,7 +232,9 @@ def test_a_travel_that_no_period_of_this_rod_has_is_refused():
         friction_from_travel(2.0, 0.85, 0.2, 0.001)
     with pytest.raises(ArgumentError, match="x0_max must not be negative and dx0 must be positive"):
         friction_from_travel(2.0, 0.85, 0.1, 0.0)
-    with pytest.raises(ArgumentError, match=r"no lock: the path could not be followed .* theta"):
+    with pytest.raises(
+        ArgumentError, match=r"lock of this rod is not known: the path could .* theta"
+    ):
         friction_from_travel(45.0, 0.2, 0.001, 0.001)
     # Within the last step the tip may lock.
     assert friction_from_travel(2.0, 0.85, 0.145, 0.001).high == curve.mu_lock

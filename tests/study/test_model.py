@@ -194,7 +194,7 @@ WRONG = {
     "no axis": ("    dx0: [0.001]\n", "", "7: grids.main", "missing 'dx0'"),
     "no cycles": ("    cycles: 9\n", "", "13: scans.runs", "missing 'cycles'"),
     "no kind": ("kind: state, ", "", "28: figures.state", "missing 'kind'"),
-    "no scan": ("kind: scan, scan: runs,", "kind: scan,", "26: figures.scan", "needs 'scan'"),
+    "no scan": ("kind: scan, scan: runs,", "kind: scan,", "26: figures.scan", "the key 'scan'"),
     "contact": ("contact: point", "contact: tip", "3: contact", "'point' or 'line'"),
     "method": ("method: collocation", "method: magic", "4: method", "'shooting'"),
     "chunk 0": ("theta: 5", "theta: 0", "5: chunk.theta", "greater than or equal to 1"),
@@ -247,7 +247,7 @@ WRONG = {
         "taper, grid: main,",
         "script, script: x.py, grid: main,",
         "24:",
-        "x.py is not a file",
+        "there is no file x.py in",
     ),
     "far script": ("taper, grid: main,", "script, script: ../x.py, grid: main,", "24:", "below"),
     "two sources": (
@@ -333,7 +333,7 @@ def test_mountings_are_refused_where_nothing_solves_or_shows_them(read):
     told = mistakes(read, MOUNTED + "figures: {f: {kind: taper, grid: g}}\n")
     assert any("taper shows one value of clamp_angle" in one for one in told)
     change = "figures: {f: {kind: change, grid: g, over: curvature, clamp_angle: 0}}\n"
-    assert any("has polynomials" in one for one in mistakes(read, MOUNTED + change))
+    assert any("the data have polynomials" in one for one in mistakes(read, MOUNTED + change))
 
 
 def test_claims_need_the_papers_points_and_say_what_to_remove(read):

@@ -131,7 +131,7 @@ def test_a_chunk_of_another_study_file_is_refused(chunk, axes, change, words):
     grid, solver = change.get("grid", "g"), change.get("solver", SOLVER)
     with pytest.raises(DamagedTableError) as error:
         list(rows_of(chunk, grid, wanted, solver))
-    assert f"belongs to another study file, which has '{words}'" in str(error.value)
+    assert f"was made from another study file, which has '{words}'" in str(error.value)
     assert error.value.path == chunk
 
 
@@ -140,7 +140,7 @@ def test_a_damaged_chunk_is_refused(chunk, axes, place):
     data = bytearray(chunk.read_bytes())
     data[place] ^= 1
     chunk.write_bytes(data)
-    with pytest.raises(DamagedTableError, match="delete it and run again"):
+    with pytest.raises(DamagedTableError, match="delete this table and run again"):
         parts = list(rows_of(chunk, "g", axes, SOLVER))
         # A byte that means nothing may be anything.
         assert pa.concat_tables(parts).equals(store.read(chunk, STICTION))

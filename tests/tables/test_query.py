@@ -80,7 +80,7 @@ def test_the_tables_of_a_study_are_opened_and_others_refused(long_table):
     files = {"stiction": str(long_table), "svg": []}
     found = query.opened_tables(files, {"stiction": "the study"})
     assert query.count(found["stiction"]) == 60_000
-    with pytest.raises(DamagedTableError, match="belongs to another study file"):
+    with pytest.raises(DamagedTableError, match="was made from another study file"):
         query.opened_tables(files, {"stiction": "another study"})
 
 

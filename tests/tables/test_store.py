@@ -83,7 +83,7 @@ def test_a_table_of_another_study_file_is_refused(tables, path):
         ("study: a\nmu0: [2]\n", r"which has 'mu0: \[1\]'"),
         ("", "which has 'study: a'"),
     ):
-        with pytest.raises(DamagedTableError, match=f"belongs to another study file, {words}"):
+        with pytest.raises(DamagedTableError, match=f"was made from another study file, {words}"):
             store.need_study(path, part)
 
 
@@ -108,7 +108,7 @@ def test_a_changed_byte_never_changes_the_table_silently(tables, path):
 def test_a_file_cut_short_is_refused(tables, path, length):
     store.write(tables["stiction"], path)
     path.write_bytes(path.read_bytes()[:length])
-    with pytest.raises(DamagedTableError, match="delete it and run again: it is made again"):
+    with pytest.raises(DamagedTableError, match="delete this table and run again: it is made"):
         store.read(path, STICTION)
 
 
@@ -117,12 +117,12 @@ def test_what_is_no_table_of_this_kind_is_refused(tables, path):
         store.read(path, STICTION)
     assert not isinstance(error.value, DamagedTableError)
     pq.write_table(pa.table({"x": [1]}), path)
-    with pytest.raises(TableError, match="is not a table of vibrissa"):
+    with pytest.raises(TableError, match="does not hold a table of vibrissa"):
         read_table(path)
-    with pytest.raises(DamagedTableError, match="holds the table none where stiction is needed"):
+    with pytest.raises(DamagedTableError, match="holds the table 'none', not the table 'stiction'"):
         store.read(path, STICTION)
     store.write(tables["states"], path)
-    with pytest.raises(DamagedTableError, match="holds the table states where stiction"):
+    with pytest.raises(DamagedTableError, match="holds the table 'states', not the table 'stiction'"):
         store.read(path, STICTION)
     pq.write_table(tables["stiction"].drop_columns(["mu0"]), path)
     with pytest.raises(DamagedTableError, match="has other columns than this version"):
@@ -171,6 +171,6 @@ def test_rows_are_counted_by_status(tables):
     assert counts["stiction"] == {"slip": 9, "lock": 3, "failed": 4}
     assert counts["scans"] == {"slip": 1, "lock": 1, "failed": 1}
     assert "16 grid points: 4 failed, 3 lock, 9 slip\n" in sentence(counts)
-    with pytest.raises(TableError, match="but 4 grid points, 1 scan failed"):
+    with pytest.raises(TableError, match="but 4 grid points, 1 scan have the status 'failed'"):
         need_results(counts)
     need_results({"states": Counter(solved=9)})

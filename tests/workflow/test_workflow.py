@@ -159,7 +159,7 @@ def test_a_copy_of_a_study_file_does_not_write_over_the_results_of_the_first(don
     status, screen = done.call("-n", study="copy.yaml")
     assert status != 0
     assert "copy.yaml: study: 'tiny' is used by tiny.yaml" in screen
-    assert "give the key study another value in copy.yaml" in screen
+    assert "change the value of the key 'study' in copy.yaml" in screen
 
 
 def test_points_that_fail_are_counted_and_with_strict_end_the_run(copied):

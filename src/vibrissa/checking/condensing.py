@@ -47,7 +47,9 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
         if (path := folder / f"tables/{name}.parquet").is_file()
     }
     if "stiction" not in found:
-        raise ComparisonError(f"{folder} has no tables/stiction.parquet; run the study first")
+        raise ComparisonError(
+            f"the folder {folder} has no file tables/stiction.parquet; run the study first"
+        )
     points = to_pandas(query.rows(found["stiction"], found["stiction"].schema.names))
     result = {"stiction": points, "curves": points.drop_duplicates(_ROD)}
     if "scans" in found:

@@ -183,7 +183,7 @@ def read(path: Path) -> pd.DataFrame:
     except ValueError as error:  # pandas' own errors and undecodable bytes are among them
         raise ComparisonError(
             f"{path} is not a table ({str(error).strip()}); restore it from version control, or "
-            "delete it and make it anew with: make bless"
+            "delete it and type make bless, which takes your results as the reference"
         ) from None
 
 

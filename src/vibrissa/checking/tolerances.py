@@ -45,7 +45,7 @@ def read_layouts(path: Path) -> dict[str, Layout]:
         return TypeAdapter(dict[str, Layout]).validate_python(content)
     except (yaml.YAMLError, InvalidLayout) as error:
         raise ComparisonError(
-            f"{path} does not define what to compare ({error}); each table needs the "
-            "entry 'keys', a list of columns, and the entry 'columns', which gives for each "
-            "compared column exact, or {absolute: number, relative: number}"
+            f"{path} cannot be used ({error}). Each table needs the entry 'keys', a list of "
+            "columns, and the entry 'columns', which gives for each compared column exact, or "
+            "{absolute: number, relative: number}"
         ) from None

@@ -16,7 +16,7 @@ COMMANDS = {
     "scan": "Move the clamp over a surface and write the signals, step by step.",
     "import": "Turn a laboratory's file into a recording for identify; report how it was read.",
     "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
-    "design": "Find the rod that measures friction best, and its active constraints.",
+    "design": "Find the rod that measures friction best, and the constraints that limit it.",
 }
 
 

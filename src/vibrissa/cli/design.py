@@ -33,7 +33,7 @@ EXAMPLES = (
 
 @command(PANELS, EXAMPLES, endings=(".toml",))
 def design(requirements: Requirements, output: Out = None) -> None:
-    """Find the rod that measures friction best, and its active constraints.
+    """Find the rod that measures friction best, and the constraints that limit it.
 
     Chooses taper, height, diameter and length among rods that can be bought, cut and turned. The
     best rod measures mu0 with the smallest uncertainty in one period of sticking. This uncertainty

@@ -28,7 +28,9 @@ def material_of(setup: Setup) -> "Material | None":
 
         return likely_material(setup)
     if setup.material is not None:
-        raise ArgumentError("material needs the rod's modulus, diameter and length beside it")
+        raise ArgumentError(
+            "a material alone does not do: give modulus, diameter and length of the rod, too"
+        )
     return None
 
 

@@ -173,7 +173,7 @@ class Candidate:
 
     @property
     def setup(self) -> Setup:
-        """Set-up of the requirements, completed with this rod."""
+        """The set-up stated in the requirements, with the sizes of this rod."""
         return self.requirements.rod_setup(self.theta, self.eta, self.diameter, self.length)
 
     @cached_property
@@ -200,7 +200,7 @@ class Candidate:
 
     @cached_property
     def by_tolerances(self) -> FloatArray:
-        """Uncertainty due to surface slope, and to set-up errors after the fit by `identify`."""
+        """Uncertainty due to surface slope and to set-up errors that a fit by `identify` leaves."""
         effect, covariance = self._errors
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
         return np.sqrt(common + self._of_slope**2)
@@ -212,7 +212,7 @@ class Candidate:
 
     @property
     def largest(self) -> float:
-        """Largest standard deviation of μ0; NaN if the tip locks at one of the k values."""
+        """Largest standard deviation of μ0; NaN if the tip locks at one of the values of μ0."""
         return float(self.whole.max())
 
     @property
@@ -221,7 +221,7 @@ class Candidate:
 
     @cached_property
     def tolerances(self) -> dict[str, float]:
-        """Stated and default tolerances by name: in units of the rod, in rad, or relative."""
+        """Tolerances by name, stated or default: in units of the rod, in rad, or relative."""
         assume = self.requirements.setup.assume
         assumed = assumed_tolerances(self.whisker.units, self._noise) if assume else {}
         return assumed | dict(self.whisker.tolerances)
@@ -272,13 +272,13 @@ class Candidate:
         )
 
     def parts(self) -> list[TolerancePart]:
-        """List by how much halving each tolerance lowers the largest uncertainty, largest first.
+        """List by how much the largest uncertainty falls if each tolerance is halved.
 
         C is the covariance of the fitted parameters, and D their effect on μ0
-        (`vibrissa.design.pairs`). Let k be the parameters that have one tolerance, and S their
-        covariance before the fit. Halving the tolerance is like measuring them once more, with
-        covariance S/3. It lowers the variance D·C·Dᵀ of μ0 by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, where Cₖ
-        are the columns of C for k, and Cₖₖ the rows of Cₖ for k.
+        (`vibrissa.design.pairs`). Let k be the parameters to which one tolerance applies, and S
+        their covariance before the fit. Halving the tolerance is like measuring them once more,
+        with covariance S/3. It lowers the variance D·C·Dᵀ of μ0 by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ. Here
+        Cₖ are the columns of C for k, and Cₖₖ the rows of Cₖ for k.
         """
         if not np.isfinite(self.largest):
             return []

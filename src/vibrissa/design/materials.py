@@ -36,7 +36,7 @@ class Material(Card):
     density: Annotated[Positive | None, Kind.DENSITY] = None
 
     def with_modulus(self, modulus: float) -> Self:
-        """Replace the modulus by a measured one; the yield stress stays the same.
+        """Return a copy with a measured modulus and the same yield stress.
 
         Raises
         ------

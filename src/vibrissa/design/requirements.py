@@ -63,8 +63,8 @@ def heights_of(text: str, lengths: Choice) -> Choice:
             return Kind.NUMBER.read(part, "eta")
         if len(lengths) != 1:
             raise ArgumentError(
-                f"eta = {part!r} has a unit, but several lengths are allowed: give eta in units "
-                "of the length"
+                f"eta = {part!r} has a unit, but several lengths are allowed: give eta as a part "
+                "of the length, such as 0.85"
             )
         return Kind.LENGTH.read(part, "eta") / lengths[0]
 
@@ -112,7 +112,8 @@ class Requirements(Keyed):
     """Height in units of the length, or '85 mm': a value, a list or a range; by default from 0.5
     to 0.98."""
     diameter: Annotated[tuple[Positive, ...], Kind.LENGTH] = DIAMETERS
-    """Diameter at the clamp: a value, a list or a range; by default sizes sold, 0.1 to 10 mm."""
+    """Diameter at the clamp: a value, a list or a range; by default the sizes sold, from
+    0.1 to 10 mm."""
     tip: Annotated[NotNegative, Kind.LENGTH] = 1e-4
     """Least diameter of the tip; by default 0.1 mm."""
     safety: Factor = 1.5
@@ -120,7 +121,7 @@ class Requirements(Keyed):
     steps: Annotated[Positive, Kind.NUMBER] = 10.0
     """Least number of steps in a period of sticking."""
     load: Annotated[Part, Kind.NUMBER] = 0.8
-    """Largest part of the transducer's range that is used."""
+    """Limit: part of the transducer's range that the loads may use."""
     spacing: Annotated[Positive, Kind.LENGTH] = np.inf
     """Largest clamp travel between two measurements: '5 mm'."""
     setup: Setup
@@ -139,7 +140,7 @@ class Requirements(Keyed):
         Raises
         ------
         ArgumentError
-            With a line for each value that is missing, given twice, or not allowed.
+            With a line for each value that is missing or not allowed.
         """
         stated = {} if path is None else read_keys(path)
         keys = with_options(stated, asked, Setup.either)
@@ -167,14 +168,15 @@ class Requirements(Keyed):
     def _check_setup(self) -> Self:
         """Refuse a set-up for which no rod can be designed, before the search."""
         if self.setup.transducer is None and self.setup.noise is None:
-            raise ArgumentError("give the transducer or the noise")
+            raise ArgumentError("neither transducer nor noise is given: give one of them")
         if min(self.noise) <= 0.0:
             raise ArgumentError(f"noise must be positive, got {self.setup.noise!r}")
         first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
         if first.whisker.mounting != IDEAL:
             raise ArgumentError(
-                "a design needs a straight rod, a rigid upright clamp and a level stage; give only "
-                f"tolerances of the mounting, in the table [{TOLERANCES}]"
+                "a design needs a straight rod, a rigid upright clamp and a level stage; delete "
+                "the values of the mounting: its tolerances may stay, in the table "
+                f"[{TOLERANCES}]"
             )
         return self
 
@@ -203,7 +205,7 @@ class Requirements(Keyed):
 
     @property
     def largest(self) -> tuple[float, float, float]:
-        """Largest reading of each channel (SI); infinite if no transducer is given."""
+        """Range of the transducer in each channel (SI); infinite if no transducer is given."""
         named = self.setup.transducer
         return (np.inf, np.inf, np.inf) if named is None else preset(named).limit
 

@@ -38,7 +38,7 @@ class DesignStatus(StrEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Design:
-    """Result of a design: the best rod, its constraints, and the best rods of other tapers.
+    """Result of a design: the best rod, and all rods that meet the constraints.
 
     Attributes
     ----------
@@ -68,7 +68,8 @@ class Design:
     def active_constraints(self) -> list[str]:
         """Names of the constraints that limit the best rod, those with the largest use first.
 
-        Their use (`Limit.use`) is 90 % or more; if no rod meets all constraints, above 100 %.
+        A constraint is named if its use (`Limit.use`) is 90 % or more. If no rod meets all
+        constraints, those above 100 % are named.
         """
         least = USED_UP if self.status is DesignStatus.FOUND else 1.0 + ROUNDING
         return [check.name for check in self.best.checks if check.use >= least]
@@ -153,7 +154,7 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def design(requirements: Requirements) -> Design:
-    """Find the rod that measures friction best, and its active constraints.
+    """Find the rod that measures friction best, and the constraints that limit it.
 
     The best rod measures μ0 with the smallest uncertainty in one period of sticking. This
     uncertainty is due to noise, step and tolerances. It depends on μ0; its largest value in the
@@ -178,8 +179,8 @@ def design(requirements: Requirements) -> Design:
     >>> shape = {"theta": "2", "eta": "0.85"}
     >>> asked = {"transducer": "nano17-si-12-0.12", "step": "50 um", "mu0": "0.2 to 0.4"}
     >>> result = design(Requirements.read(**steel, **shape, **asked))
-    >>> print(result.status, *result.active_constraints)
-    none moment_z force_y force_x strain
+    >>> print(f"{result.status}: {result.active_constraints}")
+    none: ['moment_z', 'force_y', 'force_x', 'strain']
     """
     r = requirements
     theta, eta = np.array(list(product(r.theta, r.eta))).T

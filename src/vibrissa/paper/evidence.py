@@ -116,15 +116,15 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
         found[key] = query.frame(tables[table], tables[table].schema.names, where)
         if others := set(found[key]["status"]) - allowed:
             raise TableError(
-                f"the paper's statements cannot be judged: {column} {names[key]} has rows with "
-                f"status {', '.join(sorted(others))}"
+                f"the paper's statements cannot be judged: rows of the {column} "
+                f"{names[key]!r} have the status {', '.join(sorted(others))}"
             )
     friction = found["friction"].sort_values("mu0", ignore_index=True)
     beyond = friction.loc[friction["status"] == Status.LOCK, "x0_trail"]
     if beyond.empty or beyond.isna().any():
         raise TableError(
-            f"the paper's statements cannot be judged: grid {names['friction']} needs a μ0 above "
-            "μ_lock, and none above 3"
+            f"the paper's statements cannot be judged: the grid {names['friction']!r} needs "
+            "at least one μ0 above μ_lock, and may have none above 3"
         )
     return Evidence(
         taper=found["taper"].sort_values(["mu0", "theta"], ignore_index=True),

@@ -29,7 +29,7 @@ def check(results: Path, study_file: Path) -> None:
     if owner.is_file() and not owner.samefile(study_file) and name_in(owner) == name:
         raise StudyError(
             f"{study_file}: study: {name!r} is used by {owner}, whose results are in {results}; "
-            f"give the key study another value in {study_file}"
+            f"change the value of the key 'study' in {study_file}"
         )
 
 
@@ -50,7 +50,8 @@ def claim(results: Path, study_file: Path) -> None:
         fcntl.flock(record, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise StudyError(
-            f"another run of this study is active in {results.absolute()}: wait for it or stop it"
+            f"another run of this study is active in the folder {results.absolute()}: wait for it "
+            "or stop it"
         ) from None
     _held.append(record)
     record.truncate(0)

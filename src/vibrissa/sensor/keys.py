@@ -137,8 +137,8 @@ def read_keys(path: Path | str) -> dict[str, Any]:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:  # no UTF-8, or no TOML
         raise ArgumentError(
-            f"{path} is not written in TOML: {error}; write name = number, with a decimal point, "
-            'or name = "value unit", in quotes, and save it as UTF-8'
+            f"{path} cannot be read as TOML in UTF-8: {error}; write key = 2.5, with a point and "
+            'not a comma, or key = "2.5 mm", in quotes'
         ) from None
 
 
@@ -201,9 +201,9 @@ def _line(error: Any, model: type[BaseModel]) -> str:
     if error["type"] == "extra_forbidden":
         allowed = [field.alias or key for key, field in model.model_fields.items()]
         keys = f"; the keys are {', '.join(allowed)}"
-        return f"there is no key {name}{suggestion(name, allowed) or keys}"
+        return f"{name!r} is not a key{suggestion(name, allowed) or keys}"
     if error["type"] == "value_error":
         return str(error["ctx"]["error"])
     if error["type"] == "missing":
-        return f"{name} is not given"
+        return f"the key {name} is missing"
     return f"{name}: {error['msg'].lower()}, got {error['input']!r}"

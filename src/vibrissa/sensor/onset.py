@@ -117,7 +117,7 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
     mu0 : str or number
         Coefficient of static friction.
     step : str or number, optional
-        Step of the stage; needed for the last sticking step only.
+        Step of the stage; only the last sticking step needs it.
 
     Returns
     -------

@@ -211,8 +211,9 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
     if parts is None or not size:
         article = "an" if kind is Kind.ANGLE else "a"
         unit = "" if kind is Kind.NUMBER else f" with a unit such as {kind.si}"
-        comma = "; write a decimal point, not a comma" if DECIMAL_COMMA.search(text) else ""
-        raise ArgumentError(f"{what} must be {article} {kind}{unit}, got {text!r}{comma}")
+        hint = "; write a decimal point, not a comma" if DECIMAL_COMMA.search(text) else ""
+        hint = "; write a single value" if set("±,") & set(text) and not hint else hint
+        raise ArgumentError(f"{what} must be {article} {kind}{unit}, got {text!r}{hint}")
     return _checked(Decimal(parts[1]) * size, what)
 
 

@@ -182,7 +182,7 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     missing = [name for name in names if name not in there]
     if missing:
         raise OtherTableError(
-            f"{where}: column {', '.join(missing)} is missing; there are: "
+            f"{where}: column {', '.join(missing)} is missing; the columns are: "
             f"{', '.join(there) or 'none'}"
         )
     if frame.empty:

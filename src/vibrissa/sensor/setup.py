@@ -56,12 +56,13 @@ class Setup(Keyed):
     section: RodSection = RodSection.ROUND
     """round: the rod may buckle out of its plane; planar: a strip stays in it."""
     clamp_angle: Annotated[Measured, Kind.ANGLE] = Measured(0)
-    """Inclination of the clamp, positive if it leans back: '2 deg'."""
+    """Inclination of the clamp, positive if it leans against the motion: '2 deg'."""
     clamp_compliance: Annotated[Measured, Kind.COMPLIANCE] = Measured(0)
     """Rotational compliance of the clamp: '0.05 rad/(N*m)'; a number without a unit is in
     L/(E*I0)."""
     curvature: Annotated[Measured, Kind.CURVATURE] = Measured(0)
-    """Natural curvature, negative away from the surface: '-2 m^-1'."""
+    """Natural curvature, negative if the unloaded rod bends in the direction of motion:
+    '-2 m^-1'."""
     stage_angle: Annotated[Measured, Kind.ANGLE] = Measured(0)
     """Angle of the stage to the surface, positive if the clamp approaches it: '1 deg'."""
     transducer: str | None = None
@@ -128,7 +129,7 @@ class Setup(Keyed):
         Raises
         ------
         ArgumentError
-            If the quantity has no unit.
+            If the quantity was given without a unit.
         """
         measured = getattr(self, name)
         return None if measured is None else self.kinds()[name].read(str(measured.value), name)
@@ -164,8 +165,8 @@ class Setup(Keyed):
         Raises
         ------
         ArgumentError
-            If theta or eta is missing, the height is not below the length of the rod, a quantity
-            has a unit that needs a rod, or a tolerance is not allowed.
+            If theta or eta is missing, the height is not below the length of the rod, a unit
+            cannot be converted without the rod, or a tolerance is not allowed.
         """
         if self.theta is None or self.eta is None:
             name = "theta" if self.theta is None else "eta"
@@ -176,8 +177,8 @@ class Setup(Keyed):
         if self.rod is not None and not 0.0 < eta < 1.0:
             raise ArgumentError(
                 "eta must lie between 0 and the length of the rod, "
-                f"{units.spelled(1.0, Kind.LENGTH)}, got {self.eta.value!r}: write a height with "
-                "its unit, as in '85 mm'"
+                f"{units.spelled(1.0, Kind.LENGTH)}, got {self.eta.value!r}. A height in mm "
+                "needs its unit, as in '85 mm'"
             )
         whisker = Whisker(
             theta=self._read("theta", units),

@@ -156,7 +156,7 @@ def random(
     """
     if not (mean > 0.0 and deviation >= 0.0 and correlation > 0.0 and least > 0.0):
         raise ArgumentError(
-            "a random surface needs mean, correlation and least above 0, deviation at least 0"
+            "a random surface needs mean, correlation and least above 0, and deviation not below 0"
         )
     generator = np.random.default_rng(seed)
     wave = generator.standard_normal(COSINES) / correlation
@@ -179,7 +179,7 @@ def read_surface(
     texture: str | None = None,
     seed: int = 0,
 ) -> Surface:
-    """Read a surface from one of four descriptions.
+    """Read a surface from exactly one of mu0, patches, profile and texture.
 
     Parameters
     ----------

@@ -127,7 +127,7 @@ def _read(units: Units, name: str, size: Quantity, whisker: "Whisker | None") ->
         part = float(units.read(text[:-1], Kind.NUMBER, what)) / 100.0
         if not (one.relative or value):
             raise ArgumentError(
-                f"{what} is {size}, but {name} is 0 or not given: state it without %"
+                f"{what} is {size}, but {name} is 0 or not given: state the tolerance with a unit"
             )
         return part if one.relative else part * value
     if one.relative and value and not is_number(text):

@@ -55,12 +55,14 @@ class Transducer(Card):
         Parameters
         ----------
         reactions : ndarray, shape (n, 3)
-            Clamp reactions in SI units.
+            Columns force_x, force_y and moment_z of the clamp reactions, in SI units.
+        generator : numpy.random.Generator
+            Source of the noise.
 
         Returns
         -------
         ndarray, shape (n, 3)
-            Readings with noise, clipped to the limits and rounded to the resolution.
+            Readings in SI units with noise, clipped to the limits and rounded to the resolution.
         """
         limit, step = np.array(self.limit), np.array(self.resolution)
         # Half of the draws is not used, so that a seed gives the readings of earlier versions.

@@ -99,7 +99,7 @@ class Whisker:
 
     @cached_property
     def response(self) -> "Response":
-        """Clamp reactions over x0, for x0 < 0 (the clamp pulled back) as far as they were solved.
+        """Clamp reactions over x0; at x0 < 0 (clamp pulled back) as far as they were solved.
 
         Raises
         ------

@@ -161,7 +161,7 @@ class Onset:
 def _check_numbers(**values: object) -> None:
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, Real | Decimal):
-            raise ArgumentError(f"{name} must be one number, got {value!r}")
+            raise ArgumentError(f"{name} must be one number, not a text or a list, got {value!r}")
 
 
 def _check(
@@ -488,7 +488,7 @@ def friction_from_travel(
         )
     curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
     if np.isnan(curve.x0_lock):
-        raise ArgumentError(f"the sticking curve of this rod has no lock: {curve.message}")
+        raise ArgumentError(f"the lock of this rod is not known: {curve.message}")
     if not float(x0_max) < curve.x0_lock:
         raise ArgumentError(
             f"x0_max must lie below {curve.x0_lock:.6g}, got {x0_max}: at larger displacements "

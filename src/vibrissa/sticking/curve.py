@@ -50,8 +50,8 @@ class StickingCurve:
         `vibrissa.sticking.api.solve_curves`.
     section : RodSection
     residual : float
-        Largest equilibrium residual between the solved states; by shooting, largest distance
-        between tip and contact point (L).
+        Largest equilibrium residual at points between the solved states. By shooting: largest
+        distance of the tip from the contact point (L).
     x0_lock, mu_lock : float
         Displacement (L) at which −tan α is largest, and its value there, which is infinite if the
         tip lifts off (fy = 0) before a maximum.
@@ -83,8 +83,8 @@ class StickingCurve:
     def contact_point(self, x0: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Position (x, y) of the tip relative to the clamp, at displacements x0 (L).
 
-        In line contact it is the point of the surface at the distance 1 − s_c beyond the contact
-        point, even if a curved rod hangs free there.
+        In line contact it is the point of the surface 1 − s_c beyond the contact point. A straight
+        rod has its tip there; a curved rod may hang free.
         """
         x0, stage_angle = np.asarray(x0, dtype=float), self.mounting.stage_angle
         return self.x1_init - x0 * np.cos(stage_angle), self.eta - x0 * np.sin(stage_angle)
@@ -134,8 +134,8 @@ class StickingCurve:
         x0 = np.asarray(x0, dtype=float)
         if np.any(~(x0 >= self.x0_pull)) or np.any(~(x0 <= self.x0_end + SAME)):
             raise ArgumentError(
-                f"x0 must lie on the curve, between {self.x0_pull:.6g} and {self.x0_end:.6g}; got "
-                f"{x0!r}"
+                f"x0 must lie on the curve, from {self.x0_pull!r} to {self.x0_end!r}, got "
+                f"{x0.tolist()}"
             )
         states = self._alone.states(_first(x0.ravel()), x0.ravel())
         return states.each(lambda values: values.reshape(x0.shape))
@@ -183,17 +183,17 @@ class StickingCurve:
         """
         self._need_states("end")
         if self.status is not Status.SOLVED:
-            raise ArgumentError(f"the curve does not lock: {self.message}")
+            raise ArgumentError(f"the lock of this curve is not known: {self.message}")
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         if np.any(~(mu0 > self.mu_lock)):
             raise ArgumentError(f"mu0 must exceed mu_lock = {self.mu_lock:.6g}, got {mu0!r}")
         return self._alone.motion_end(_first(mu0), mu0)
 
     def trailing_end(self, mu0: ArrayLike) -> StickingState:
-        """Last sticking states after lateral buckling, when the rod trails behind the clamp.
+        """States in which a tip slips that trails behind the clamp after lateral buckling.
 
-        They hold for μ0 > μ_lock. Their x0 counts from the α = 0 state before the buckling. NaN if
-        the rod does not buckle, or if the curve has no state at x0 < 0 in which such a tip slips.
+        Each μ0 must exceed μ_lock. x0 counts from the α = 0 state before the buckling. NaN if the
+        rod does not buckle, or if the curve has no state at x0 < 0 in which such a tip slips.
         """
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         return self._alone.trailing_end(_first(mu0), mu0)

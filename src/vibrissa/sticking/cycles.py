@@ -100,8 +100,8 @@ def stick_slip(
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
     contact : str
-        Contact model for an oblique stage, on which each cycle after the first has another height
-        and therefore another curve, which is solved here.
+        Contact model, used only on an oblique stage. There each cycle after the first has another
+        height, so that its curve is solved here.
 
     Returns
     -------

@@ -35,7 +35,7 @@ class Claims(Section):
         """Find names and values that do not fit the study, a `vibrissa.study.model.Study`."""
         mistakes = Mistakes()
         if (study.contact, study.section) != (Contact.POINT, RodSection.ROUND):
-            mistakes.add(f"the statements need contact: point and section: round; {REMEDY}")
+            mistakes.add(f"the statements need `contact: point` and `section: round`; {REMEDY}")
         for key, needed in self.needed.items():
             name, source = getattr(self, key), key if key in ("scan", "state") else "grid"
             data: Mapping[str, Any] = getattr(study, f"{source}s")
@@ -47,8 +47,8 @@ class Claims(Section):
                 if set(values) - set(found) or (axis in self.setup and len(found) > 1):
                     mistakes.add(
                         f"{name!r} has {axis} = {spell_values(found)}, and the statements need "
-                        f"{'only ' * (axis in self.setup)}{spell_values(values)}; change it, "
-                        f"{REMEDY}",
+                        f"{'only ' * (axis in self.setup)}{spell_values(values)}; change "
+                        f"{axis} of {name!r}, {REMEDY}",
                         key,
                     )
         return mistakes

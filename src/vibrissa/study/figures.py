@@ -190,7 +190,8 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         if kind.required and not getattr(self, kind.required):
             mistakes.add(f"missing {kind.required!r}")
         if len([source for source in sources if getattr(self, source)]) != 1:
-            mistakes.add(f"needs {' or '.join(map(repr, sources))}: exactly one")
+            which = "the key" if len(sources) == 1 else "exactly one of the keys"
+            mistakes.add(f"needs {which} {', '.join(map(repr, sources))}")
         mistakes.refuse()
         return self
 
@@ -199,7 +200,9 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         mistakes, script = Mistakes(), Path(self.script or "")
         is_below = not script.is_absolute() and ".." not in script.parts
         if self.script and not (is_below and (folder / script).is_file()):
-            mistakes.add(f"{script} is not a file below the study file's folder", "script")
+            mistakes.add(
+                f"there is no file {script} in the study file's folder or below it", "script"
+            )
         for name in self.names:
             if name not in sections:
                 mistakes.add(unknown_name(name, self.source, sections), self.source)
@@ -222,13 +225,15 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
             chosen = getattr(self, axis) or values
             has = f"{name!r} has {spell_values(values) or 'none'}"
             for value in set(chosen) - set(values):
-                mistakes.add(f"{spell_value(value)} is not allowed; {has}", axis)
+                mistakes.add(f"{spell_value(value)} is not among the data; {has}", axis)
             if axis in single and len(chosen) > 1:
-                mistakes.add(f"{self.kind} shows one value of {axis}; {has}")
+                mistakes.add(
+                    f"{self.kind} shows one value of {axis}; {has}: choose one by {axis}: value"
+                )
         over = axes.get(self.over or "", ())
         is_pair = len(over) == 2 and 0.0 in over
         if any(isinstance(value, tuple) for value in over):
-            mistakes.add(f"{self.over} has polynomials; allowed: numbers", "over")
+            mistakes.add(f"the data have polynomials of {self.over}; allowed: numbers", "over")
         elif self.kind == "change" and not is_pair:
             text = f"{self.over} has {spell_values(over)}; allowed: two values, one of them 0"
             mistakes.add(text, "over")

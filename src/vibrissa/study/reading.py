@@ -89,7 +89,7 @@ def _loaded(path: Path, text: str) -> dict[Any, Any]:
         raise StudyError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
     if not isinstance(document, dict):
         raise StudyError(
-            f"{path}: {shown(document)} is not allowed; a study file has keys with values, such as "
+            f"{path}: {shown(document)} is not a study; a study file has keys with values, such as "
             "'study: mine'"
         )
     return document

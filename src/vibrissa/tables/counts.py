@@ -54,6 +54,6 @@ def need_results(counts: Mapping[str, Counter[str]]) -> None:
     if failed:
         numbers = ", ".join(counted(number, _NOUNS[name]) for name, number in failed.items())
         raise TableError(
-            f"strict: true allows no status failed, but {numbers} failed; see the report, or the "
-            "column message of the tables"
+            f"the study has strict: true, but {numbers} have the status 'failed'; see the report, "
+            "or the column 'message' of the tables"
         )

@@ -31,8 +31,8 @@ def read_table(path: str | Path) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Its ``attrs`` are ``table``, the kind of table; ``units`` and ``descriptions`` by column;
-        and ``version`` and ``commit`` of the program that wrote the file.
+        Its ``attrs``: ``table`` (kind of table), ``units`` and ``descriptions`` (by column),
+        ``version`` and ``commit`` (of the program that wrote the file).
 
     Raises
     ------
@@ -43,7 +43,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
     kind = metadata.get(store.TABLE, "")
     if kind not in schemas.TABLES:
         raise TableError(
-            f"{path} is not a table of vibrissa; its tables are in results/<study>/tables, named "
+            f"{path} does not hold a table of vibrissa; those are in results/<study>/tables, named "
             f"{', '.join(f'{name}.parquet' for name in schemas.TABLES)}"
         )
     table = store.read(path, schemas.TABLES[kind])

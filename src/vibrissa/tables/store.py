@@ -88,7 +88,7 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
         found = file.schema_arrow
     kind, wanted = (s.get(TABLE, "none") for s in (held, _texts(schema)))
     if kind != wanted:
-        raise DamagedTableError(path, f"holds the table {kind} where {wanted} is needed")
+        raise DamagedTableError(path, f"holds the table {kind!r}, not the table {wanted!r}")
     version, current = (s.get(VERSION, "none") for s in (held, _texts(schema)))
     if version != current:
         raise DamagedTableError(
@@ -126,4 +126,4 @@ def need_study(path: str | Path, study_part: str) -> None:
     if found != study_part:
         others = [line for line in found.splitlines() if line not in study_part.splitlines()]
         has = f"'{others[0].strip()}'" if others else "fewer entries"
-        raise DamagedTableError(path, f"belongs to another study file, which has {has}")
+        raise DamagedTableError(path, f"was made from another study file, which has {has}")

@@ -135,12 +135,18 @@ def test_an_inclined_surface_is_found_and_by_how_much():
 @pytest.mark.parametrize(
     "mixed, said",
     [
-        (np.diag([-1.0, 1.0, 1.0]), "force_x with the other sign"),
-        (-np.eye(3), "force_x and force_y and moment_z with the other sign"),
-        (np.eye(3)[[1, 0, 2]], "force_x and force_y swapped"),
-        (np.diag([1.0, -1.0, 1.0])[[1, 0, 2]], "force_x and force_y swapped, force_y with"),
-        (np.diag([1e3, 1e3, 1.0]), "force_x and force_y in a unit 1000 times smaller"),
-        (np.diag([1.0, 1.0, 1e-3]), "moment_z in a unit 1000 times larger"),
+        (np.diag([-1.0, 1.0, 1.0]), "force_x with the wrong sign"),
+        (-np.eye(3), "force_x, force_y, moment_z with the wrong sign"),
+        (np.eye(3)[[1, 0, 2]], "force_x and force_y are swapped"),
+        (
+            np.diag([1.0, -1.0, 1.0])[[1, 0, 2]],
+            "force_x and force_y are swapped, force_y then with",
+        ),
+        (
+            np.diag([1e3, 1e3, 1.0]),
+            "the stated unit of force_x and force_y is 1000 times too large",
+        ),
+        (np.diag([1.0, 1.0, 1e-3]), "the stated unit of moment_z is 1000 times too small"),
     ],
 )
 def test_columns_that_were_mixed_up_are_named(response, mixed, said):

@@ -279,7 +279,7 @@ def test_recording_is_converted(tmp_path):
         (HEADER + "0,0,1,x,1\n", "line 2: force_y must be a finite number"),
         (
             "footpoint [mm],force_x [N]\n0,1\n",
-            "needed: column moment_z, or both force_x and force_y",
+            "needs the column moment_z, or both force_x and force_y",
         ),
         ("footpoint,force_x [N],force_y [N]\n0,1,1\n", "footpoint needs its unit"),
         ("footpoint [N],force_x [N],force_y [N]\n0,1,1\n", "footpoint must be a length"),

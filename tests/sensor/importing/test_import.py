@@ -219,7 +219,7 @@ FORCE = {"force_x": "Fx [N]"}
         (
             {"time": "t [s]"},
             {},
-            ["there is no column footpoint", "or --speed", "none of force_x"],
+            ["there is no column footpoint", "if there is none, give --speed", "none of force_x"],
         ),
         ({"force_x": "Fz"}, {}, ["no column Fz", "the columns are: t, x, Fx, Fy"]),
         ({"force_x": "Fx", "footpoint": "x"}, {}, ["Fx has no unit", "x has no unit"]),
@@ -232,10 +232,14 @@ FORCE = {"force_x": "Fx [N]"}
             ["speed must be a speed", "rate: input should be greater"],
         ),
         ({"force_x": "Fx"}, {"turn": "1 deg"}, ["Fx has no unit", "there is no column force_y"]),
-        (TITLED, {"moment_origin": "1 mm"}, ["moment_origin must be two values"]),
+        (
+            TITLED,
+            {"moment_origin": "1 mm"},
+            ["moment_origin must be two values, as in '0 mm, -20 mm'"],
+        ),
         (TITLED, {"begin": "4"}, ["from must be a time or a clamp position"]),
         (TITLED, {"decimal": ";"}, ["decimal: input should be '.' or ','"]),
-        (TITLED, {"speeed": "1"}, ["there is no key speeed; did you mean speed?"]),
+        (TITLED, {"speeed": "1"}, ["'speeed' is not a key; did you mean speed?"]),
     ],
 )
 def test_mistakes_are_named_together(columns, settings, messages):
@@ -255,7 +259,10 @@ def test_mistakes_are_named_together(columns, settings, messages):
         ({"tare": "28 mm, 99 m"}, "tare: fewer than 3 readings of force_x"),
         ({"moment_origin": "1 mm, 0 mm"}, "there is no column moment_z"),
         ({"begin": "4 m"}, "no row is left between --from and --to"),
-        ({"tare": "0 s, 2 s"}, "there is no column time: .* or --rate '50 Hz'"),
+        (
+            {"tare": "0 s, 2 s"},
+            "there is no column time: .*; if there is none, give --rate '50 Hz'",
+        ),
     ],
 )
 def test_settings_that_do_not_fit_the_file_are_refused(settings, message):
@@ -281,7 +288,7 @@ def test_times_that_are_none_are_named(time, message):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("colums = {}", "there is no key colums; did you mean column?"),
+        ("colums = {}", "'colums' is not a key; did you mean column?"),
         ('decimal = ";"', "decimal: input should be '.' or ','"),
         ("speed = 3", "speed"),
     ],

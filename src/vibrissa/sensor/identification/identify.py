@@ -64,7 +64,8 @@ def identify(
         A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
         ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``.
     method : Method, optional
-        Method of estimating friction; default: ``model`` with a rod, else ``ratio``.
+        Method of estimating friction; default: ``model`` if theta and eta are stated, else
+        ``ratio``.
     slip_time : str, optional
         Duration of a slip, ``"10 ms"``; its samples are left out.
     delay : str, optional

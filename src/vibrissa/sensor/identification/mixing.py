@@ -87,13 +87,13 @@ def _mix_ups(used: list[int]) -> Iterator[tuple[str, FloatArray]]:
     both = set(FORCES) <= set(used)
     for swapped, signs in product((False, True)[: 1 + both], product((1.0, -1.0), repeat=3)):
         other = [CHANNELS[i] for i in used if signs[i] < 0.0]
-        texts = ["force_x and force_y swapped"] * swapped
-        texts += [f"{' and '.join(other)} with the other sign"] if other else []
+        texts = ["force_x and force_y are swapped"] * swapped
+        texts += [f"{', '.join(other)} {'then ' * swapped}with the wrong sign"] if other else []
         if texts:
             yield ", ".join(texts), np.diag(signs) @ np.eye(3)[[1, 0, 2] if swapped else [0, 1, 2]]
     for name, channels in (("force_x and force_y", FORCES), ("moment_z", [2])):
-        for factor, size in ((THOUSAND, "larger"), (1.0 / THOUSAND, "smaller")):
+        for factor, size in ((THOUSAND, "small"), (1.0 / THOUSAND, "large")):
             each = np.ones(3)
             each[channels] = factor
             if set(channels) <= set(used):
-                yield f"{name} in a unit 1000 times {size}", np.diag(each)
+                yield f"the stated unit of {name} is 1000 times too {size}", np.diag(each)

@@ -69,15 +69,15 @@ class PeriodStatus(StrEnum):
     SLIP
         The period ended with a slip: μ0 is known.
     OPEN
-        The end of the period was not recorded: μ0 is at least `low`.
+        The end of the period was not recorded: `low` is a lower bound of μ0.
     LOCK
-        The tip stuck past the lock: μ0 is above `low`, which is at most μ_lock. Either the tip did
-        not slip, or the rod buckled laterally, and later rows are not used.
+        The tip stuck past the lock: μ0 exceeds `low`, which is at most μ_lock. Either the tip did
+        not slip, or the rod buckled laterally; rows after the buckling are not used.
     UNSURE
         There are too few samples for the ratio of the forces: only `low` is known.
     BEYOND
-        The tip cannot slip where this period ends; or the clamp went further than the tip can
-        stick, so that noise must have hidden slips. μ0 is not known.
+        The tip cannot slip where this period ends, or the period is longer than sticking can last:
+        noise must have hidden slips in it. μ0 is not known.
     """
 
     SLIP = "slip"
@@ -107,7 +107,7 @@ class Periods(Batch):
         Static friction at the contact point, its standard deviation, and the ends of its 95 %
         interval. If only `low` is known, the others are NaN.
     common : ndarray
-        Standard deviation of μ0 due to errors that all periods share, as in the set-up.
+        Standard deviation of μ0 due to errors that all periods share, as those of the set-up.
     by_step : ndarray
         Standard deviation of μ0 due to the step of the stage.
     effects : ndarray, shape (p, k)
@@ -137,7 +137,7 @@ class Periods(Batch):
 
     @property
     def by_noise(self) -> FloatArray:
-        """Standard deviation of μ0 without the errors of `common` and `by_step`, shape (p,)."""
+        """Standard deviation of μ0 due to errors other than `common` and `by_step`, shape (p,)."""
         square = self.deviation**2 - self.common**2 - self.by_step**2
         return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
@@ -169,7 +169,7 @@ class Periods(Batch):
 
     @cached_property
     def grade(self) -> StrArray:
-        """`Grade` of the worst doubt of each period; empty without a doubt."""
+        """`Grade` of the worst doubt of each period; empty where there is no doubt."""
         found = np.full(len(self), "", dtype=f"U{max(map(len, Grade))}")
         for one in sorted(self.checks, key=lambda one: list(Grade).index(one.grade)):
             found[one.periods] = one.grade
@@ -182,11 +182,11 @@ class Periods(Batch):
         return np.array(["; ".join(doubts) for doubts in each], dtype=str)
 
     def doubted(self, *checks: Check) -> "Periods":
-        """Add reasons to doubt the friction of some periods."""
+        """Return a copy with more reasons to doubt the friction of some periods."""
         return replace(self, checks=(*self.checks, *checks))
 
     def ended(self, status: StrArray, least: FloatArray) -> "Periods":
-        """Set the status of each period; one that ended without a slip keeps a lower bound of μ0.
+        """Set the status of each period; without a slip only a lower bound of μ0 is known.
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ class Periods(Batch):
         )
 
     def on_slope(self, slope: Slope) -> "Periods":
-        """Add the error due to the local slope of the surface, which acts like friction."""
+        """Return a copy with the error due to the local slope of the surface, by its tolerance."""
         if not slope.deviation > 0.0:
             return self
         # If only the lower bound is known, the error is taken for this friction.

@@ -20,7 +20,7 @@ from vibrissa.wording import counted
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-IMPORT = "vibrissa import reads other titles, encodings, separators and decimal signs"
+IMPORT = "Convert a file with other titles or another layout by vibrissa import"
 # Least number of samples of a recording: a period and a slip.
 FEWEST_SAMPLES = 3
 # Samples over which positions and speeds of the clamp are averaged.
@@ -77,12 +77,12 @@ class Recording(Batch):
         Standard deviation of each zero that was subtracted from a channel, with its unit, as
         stated in the header of the table; by names such as ``zero_force_x``.
     air : tuple of float
-        Mean reading of each channel without load, in rows before the scan or, if there are none,
-        after it; empty if there are no rows without load.
+        Mean reading of each channel without load, dimensionless, in rows before the scan or, if
+        there are none, after it; empty if there are no rows without load.
     air_rows : int
         Number of rows over which `air` is the mean.
     slip_rows, delay : float
-        Least duration of a slip, and delay of the readings, both in samples.
+        Duration of a slip, and delay of the readings, both in samples.
     position : float
         Standard deviation of one clamp position (L).
     """
@@ -106,7 +106,7 @@ class Recording(Batch):
 
     @property
     def lag(self) -> FloatArray:
-        """Travel of the clamp within the delay of the readings (L)."""
+        """Distance that the clamp moves during the delay of the readings (L)."""
         return self.delay * _averaged(np.gradient(self.clamp))
 
     def noted(self, *notes: str) -> Self:
@@ -114,7 +114,7 @@ class Recording(Batch):
         return replace(self, notes=(*self.notes, *notes))
 
     def naming(self, rows: Index, why: str) -> Self:
-        """Add a note on rows that are left out, with the reason."""
+        """Return a copy with a note on rows that are left out, and the reason."""
         return self.noted(*left_out(self.line[rows], why))
 
 
@@ -185,8 +185,8 @@ def _used(
     there = [i for i, name in enumerate(CHANNELS) if name in table.columns]
     if not suffices(there):
         raise OtherTableError(
-            f"{table.source}: needed: column moment_z, or both force_x and force_y; there are: "
-            f"{', '.join(table.columns)}. {IMPORT}"
+            f"{table.source}: needs the column moment_z, or both force_x and force_y; the columns "
+            f"are: {', '.join(table.columns)}. {IMPORT}"
         )
     part = lost.mean(axis=0)
     # The ratio needs no moment: no row is left out for a missing moment.

@@ -78,8 +78,9 @@ class Identification(Tabular):
     estimates : tuple of Estimate
         Estimates of the quantities of the set-up that have a tolerance.
     covariance : ndarray, shape (k, k)
-        Covariance of the errors of `estimates` that remain after the fit. With the ratio of the
-        forces, the last row and column are for the error due to the degree of the polynomials.
+        Covariance of the errors that the estimates still have after the fit. With the ratio of the
+        forces, the last row and column are for the error due to the degree of the polynomials that
+        are fitted to the forces.
     slope : Slope
         Tolerance of the local slope of the surface.
     goodness : Goodness or None
@@ -102,7 +103,7 @@ class Identification(Tabular):
     beside: Beside | None = None
 
     def summary(self) -> FrictionSummary:
-        """Mean of μ0, its uncertainty, and the tolerances that limit it; prints as a few lines."""
+        """Mean of μ0, its uncertainty, and the tolerances that cause most of it, as a few lines."""
         return summary_of(self)
 
     @property
@@ -116,7 +117,7 @@ class Identification(Tabular):
         return replace(self, periods=replace(self.periods, left_out=left_out))
 
     def doubted(self, *checks: Check) -> "Identification":
-        """Add reasons to doubt the friction of some periods."""
+        """Return a copy with more reasons to doubt the friction of some periods."""
         return replace(self, periods=self.periods.doubted(*checks))
 
     def __repr__(self) -> str:
@@ -147,7 +148,7 @@ class Identification(Tabular):
             "deviation_ratio": Column(deviation, "1", "standard deviation of mu0_ratio"),
             "first_line": Column(periods.first_line, "1", "line of the first sample"),
             "last_line": Column(periods.last_line, "1", "line of the last sample"),
-            "grade": Column(periods.grade, "", f"{', '.join(Grade)}; empty without a doubt"),
+            "grade": Column(periods.grade, "", f"{', '.join(Grade)}; empty if not doubted"),
             "doubt": Column(periods.doubt, "", "why mu0 is in doubt, in words"),
         }
 

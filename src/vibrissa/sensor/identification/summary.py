@@ -61,7 +61,8 @@ class FrictionSummary:
         out.
     if_exact : dict of str to float
         For each quantity with a tolerance: the standard deviation that the mean would have if this
-        quantity alone were exact. The smallest comes first: measure its quantity first.
+        quantity alone were exact. The smallest comes first: a better measurement of that quantity
+        helps most.
     variation : float
         Standard deviation of μ0 from place to place that errors do not explain; 0 unless Cochran's
         test shows such a variation.
@@ -70,10 +71,11 @@ class FrictionSummary:
     left : dict of str to int
         Periods left out of the mean: their number for each status or grade.
     least : float
-        Value that μ0 reaches at one place or more: the largest lower bound of any period that is
-        not graded wrong; NaN if no period has a bound.
+        At one place or more, μ0 is at least this value: the largest lower bound of the periods that
+        are not graded wrong; NaN if no period has a bound.
     doubtful, wrong : int
-        Numbers of periods in the mean that are graded doubtful, and graded wrong.
+        Numbers of periods in the mean that are graded doubtful, and graded wrong. Periods graded
+        wrong are in the mean only if most periods are.
     """
 
     found: "Identification" = field(repr=False)

@@ -18,7 +18,7 @@ from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 
 # Options that replace a column missing in the file.
-INSTEAD = {"time": " or --rate '50 Hz'", "footpoint": " or --speed, --from and --to"}
+INSTEAD = {"time": "--rate '50 Hz'", "footpoint": "--speed, --from and --to"}
 NO_TARE = (
     "no tare: readings without load are taken as 0; if the rod was free for a while, add --tare, "
     "as in --tare '0 s, 2 s'"
@@ -54,15 +54,17 @@ def _place(text: Any, info: ValidationInfo) -> Place:
     raise ArgumentError(f"{name} must be a time or a clamp position with its unit, got {text!r}")
 
 
-def _two(text: Any, info: ValidationInfo) -> list[str]:
+def _two(text: Any, info: ValidationInfo, example: str = "0 s, 2 s") -> list[str]:
     parts = str(text).split(",")
     if len(parts) != 2:
-        raise ArgumentError(f"{info.field_name} must be two values, as in '0 s, 2 s', got {text!r}")
+        name = info.field_name
+        raise ArgumentError(f"{name} must be two values, as in {example!r}, got {text!r}")
     return parts
 
 
 def _lengths(text: Any, info: ValidationInfo) -> list[float]:
-    return [Kind.LENGTH.read(part, str(info.field_name)) for part in _two(text, info)]
+    parts = _two(text, info, "0 mm, -20 mm")
+    return [Kind.LENGTH.read(part, str(info.field_name)) for part in parts]
 
 
 At = Annotated[Place, BeforeValidator(_place)]
@@ -253,12 +255,13 @@ def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileCol
             found[target] = one
         elif target in settings.needed:
             errors.append(
-                f"there is no column {source}: say which column is {target}, as in --column "
-                f"'{target}=title [{KINDS[target].si}]'{INSTEAD.get(target, '')}"
+                f"there is no column {source}: name the column that is {target}, as in --column "
+                f"'{target}=title [{KINDS[target].si}]'"
+                + (f"; if there is none, give {INSTEAD[target]}" if target in INSTEAD else "")
             )
     if not {*found, *settings.column} & set(CHANNELS):
         errors.append(
-            f"none of {', '.join(CHANNELS)} is there: say which column is which, as in --column "
+            f"none of {', '.join(CHANNELS)} is there: name their columns, as in --column "
             "'force_x=title [N]'"
         )
     if errors:
@@ -276,7 +279,7 @@ def _values(found: dict[str, FileColumn], layout: Layout, name: str, rate: float
         return {"time": np.arange(len(layout.cells)) / rate, **values}
     late = ~(np.diff(values.get("time", np.empty(0))) > 0.0)
     if late.any():
-        why = "time does not increase; correct it, or replace it by --rate"
+        why = "time does not increase; correct the times, or give --rate instead"
         lines = layout.cells.index[1:][late]
         raise RecordingError(listed(f"{name}, line {line}: {why}" for line in lines))
     return values

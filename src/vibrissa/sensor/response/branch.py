@@ -148,9 +148,8 @@ def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Respons
     for whisker in whiskers:
         if angle := whisker.mounting.stage_angle:
             raise NoResponseError(
-                f"stage_angle must be 0 for the response at one height, got {angle!r}: on an "
-                "oblique stage each period begins at another height (see "
-                "vibrissa.sensor.Whisker.stage)"
+                f"a response at one height needs stage_angle 0, got {angle!r}: on an oblique stage "
+                "the height changes (see vibrissa.sensor.Whisker.stage)"
             )
     one, mountings = whiskers[0], [whisker.mounting for whisker in whiskers]
     theta, eta = [whisker.theta for whisker in whiskers], [whisker.eta for whisker in whiskers]

@@ -214,9 +214,9 @@ def simulate(
     retracts = law is SlipLaw.ENERGY or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
     if retracts and start.x0_pull == 0.0:
         raise ArgumentError(
-            "a path that goes backward or away from the surface, and the law energy, need states "
-            "in which the clamp is pulled back (x0 < 0), which could not be solved; choose another "
-            "path or law"
+            "states in which the clamp is pulled back (x0 < 0) could not be solved. The law "
+            "'energy' needs them, and so does a path backward or away from the surface: choose "
+            "another path or law"
         )
     outcome, message = Outcome.COMPLETE, ""
     contact = start.contact(float(stage.along(at)), 0.0, 1)
@@ -285,15 +285,15 @@ def _assembled(
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Signals(Tabular):
-    """A scan as a transducer under the clamp records it.
+    """Signals of a scan at the clamp: exact from `scan`, with noise from `measured`.
 
     Attributes
     ----------
     truth : SurfaceScan
         States of the scan, nondimensional and without noise.
     readings : ndarray, shape (n, 3)
-        Columns force_x, force_y and moment_z in the units of the table: exact clamp reactions, or
-        readings of a transducer (see `measured`).
+        Columns force_x, force_y and moment_z in the units of `columns`: exact clamp reactions, or
+        readings of a transducer.
     units : Units
     """
 
@@ -302,7 +302,7 @@ class Signals(Tabular):
     units: Units
 
     def measured(self, transducer: Transducer | str, seed: int = 0) -> "Signals":
-        """Replace the exact reactions by readings of a transducer; `seed` fixes their noise."""
+        """Return a copy with readings of a transducer; `seed` fixes their noise."""
         sensor = transducer_of(transducer, self.units)
         generator = np.random.default_rng([seed, 1])
         return replace(self, readings=sensor.measured(self.readings, generator))
