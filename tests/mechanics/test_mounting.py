@@ -20,17 +20,17 @@ from vibrissa.sticking.solving.collocation import solve_curves
         ({"stage_angle": -2}, "stage_angle must lie between -pi/2 and pi/2 (rad), got -2.0"),
         (
             {"stage_angle": float("nan")},
-            "stage_angle must be a finite number (angles in rad), got nan",
+            "stage_angle must be a finite number (rad), got nan",
         ),
         (
             {"clamp_angle": "2 deg"},
-            "clamp_angle must be a finite number (angles in rad), got '2 deg'",
+            "clamp_angle must be a finite number (rad), got '2 deg'",
         ),
-        ({"clamp_angle": True}, "clamp_angle must be a finite number (angles in rad), got True"),
+        ({"clamp_angle": True}, "clamp_angle must be a finite number (rad), got True"),
         ({"clamp_compliance": -0.1}, "clamp_compliance must not be negative, got -0.1 L/(E I0)"),
         ({"curvature": ()}, "curvature must be a number or a list of numbers, got ()"),
         ({"curvature": None}, "curvature must be a number or a list of numbers, got None"),
-        ({"curvature": (0.1, "a")}, "curvature must be a finite number (angles in rad), got 'a'"),
+        ({"curvature": (0.1, "a")}, "curvature must be a finite number, got 'a'"),
     ],
 )
 def test_a_value_out_of_range_is_named(values, said):

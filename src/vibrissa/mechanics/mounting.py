@@ -96,7 +96,8 @@ class Mounting:
 
 def _number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(float(value)):
-        raise ArgumentError(f"{name} must be a finite number (angles in rad), got {value!r}")
+        unit = " (rad)" if name.endswith("angle") else ""
+        raise ArgumentError(f"{name} must be a finite number{unit}, got {value!r}")
     return float(value)
 
 

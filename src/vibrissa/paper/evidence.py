@@ -124,7 +124,7 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     if beyond.empty or beyond.isna().any():
         raise TableError(
             f"the paper's statements cannot be judged: the grid {names['friction']!r} needs "
-            "at least one μ0 above μ_lock, and may have none above 3"
+            "at least one μ0 above μ_lock, and each must be at most 3"
         )
     return Evidence(
         taper=found["taper"].sort_values(["mu0", "theta"], ignore_index=True),

@@ -70,7 +70,7 @@ class WhiskerOnset(Tabular):
         return "\n".join(f"{what:<{width}}{text}" for what, text in lines.items())
 
     def columns(self) -> dict[str, Column]:
-        """Columns of a table with one row: the onset of slip, or lateral buckling."""
+        """Columns of a table whose one row has the onset of slip, or lateral buckling."""
         onset, units = self.onset, self.whisker.units
         return {
             "status": Column([onset.status.value], "", "status"),
@@ -117,7 +117,7 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
     mu0 : str or number
         Coefficient of static friction.
     step : str or number, optional
-        Step of the stage; only the last sticking step needs it.
+        Step of the stage; without it, the last step at which the tip sticks is not known.
 
     Returns
     -------

@@ -165,8 +165,8 @@ class Setup(Keyed):
         Raises
         ------
         ArgumentError
-            If theta or eta is missing, the height is not below the length of the rod, a unit
-            cannot be converted without the rod, or a tolerance is not allowed.
+            If theta or eta is missing, if the height is not below the length of the rod, if a unit
+            cannot be converted without the rod, or if a tolerance is out of range.
         """
         if self.theta is None or self.eta is None:
             name = "theta" if self.theta is None else "eta"

@@ -190,10 +190,10 @@ class StickingCurve:
         return self._alone.motion_end(_first(mu0), mu0)
 
     def trailing_end(self, mu0: ArrayLike) -> StickingState:
-        """States in which a tip slips that trails behind the clamp after lateral buckling.
+        """States in which the tip slips while it trails behind the clamp, after lateral buckling.
 
         Each μ0 must exceed μ_lock. x0 counts from the α = 0 state before the buckling. NaN if the
-        rod does not buckle, or if the curve has no state at x0 < 0 in which such a tip slips.
+        rod does not buckle, or if this curve has no state at x0 < 0 in which the tip slips.
         """
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         return self._alone.trailing_end(_first(mu0), mu0)

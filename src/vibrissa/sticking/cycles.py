@@ -100,8 +100,8 @@ def stick_slip(
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
     contact : str
-        Contact model, used only on an oblique stage. There each cycle after the first has another
-        height, so that its curve is solved here.
+        Contact model, used only on an oblique stage. There the height differs from cycle to cycle:
+        `curve` is that of the first cycle; those of the others are solved here.
 
     Returns
     -------

@@ -130,6 +130,13 @@ def test_a_locked_tip_and_a_rod_that_swings_aside_give_bounds_alone():
     found = read_ratio(recording_of(truth.clamp, truth.reactions + noise), NOISE)
     assert found.status.tolist() == [PeriodStatus.LOCK]
     assert found.low[0] < response.mu_lock and np.isnan(found.mu0[0])
+    # The bound is below the largest ratio, by what noise may add to it.
+    lows = []
+    for seed in range(4):
+        noise = np.random.default_rng(seed).normal(size=truth.reactions.shape) * 10.0 * NOISE
+        readings = truth.reactions + noise
+        lows.append(read_ratio(recording_of(truth.clamp, readings), 10.0 * NOISE).low[0])
+    assert response.mu_lock - np.mean(lows) == pytest.approx(0.003, abs=7e-4)
     assert any("the rod buckles laterally in line" in note for note in found.notes)
 
 

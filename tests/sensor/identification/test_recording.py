@@ -106,6 +106,17 @@ def test_a_channel_that_is_often_missing_is_not_used_where_the_others_suffice(ch
     assert len(read(alone)) == 30 - int(alone["moment_z [N*m]"].isna().sum())
 
 
+def test_the_channels_with_fewer_gaps_are_used_where_all_have_many():
+    frame = table()
+    frame.loc[:9, "force_x [N]"] = NAN
+    frame.loc[20:23, "moment_z [N*m]"] = NAN
+    found = read(frame)
+    assert len(found) == 26 and np.isnan(found.readings[:, :2]).all()
+    frame.loc[:23, "moment_z [N*m]"] = NAN
+    found = read(frame)
+    assert len(found) == 6 and np.isfinite(found.readings).all()
+
+
 def test_a_missing_position_counts_and_one_row_is_left_out_once():
     frame = table()
     frame.loc[[3, 4], "footpoint [m]"] = NAN

@@ -63,11 +63,11 @@ def test_bytes_are_no_text():
     [
         (
             ["1,234", "2,345", "12,250", "9"],
-            r"line 2: the point or comma in '1,234' may separate decimals or thousands: add --dec",
+            r"line 2: the sign in '1,234' may separate decimals or thousands: add --decimal",
         ),
         (
             ["9", "2.345", "12.250", "9"],
-            r"line 3: the point or comma in '2.345' may separate decimals or thousands",
+            r"line 3: the sign in '2.345' may separate decimals or thousands",
         ),
         (["1,5", "2.5", "3,5", "4"], "line 3: force_x must be a finite number.*, got '2.5'"),
         (["1,5", "2.5", "3,5", "4.5"], "line 2: force_x .*, got '1,5'\n.*line 4: force_x"),

@@ -182,7 +182,7 @@ class Periods(Batch):
         return np.array(["; ".join(doubts) for doubts in each], dtype=str)
 
     def doubted(self, *checks: Check) -> "Periods":
-        """Return a copy with more reasons to doubt the friction of some periods."""
+        """Return a copy with more checks: reasons to doubt the friction of some periods."""
         return replace(self, checks=(*self.checks, *checks))
 
     def ended(self, status: StrArray, least: FloatArray) -> "Periods":

@@ -117,7 +117,7 @@ class Identification(Tabular):
         return replace(self, periods=replace(self.periods, left_out=left_out))
 
     def doubted(self, *checks: Check) -> "Identification":
-        """Return a copy with more reasons to doubt the friction of some periods."""
+        """Return a copy with more checks: reasons to doubt the friction of some periods."""
         return replace(self, periods=self.periods.doubted(*checks))
 
     def __repr__(self) -> str:

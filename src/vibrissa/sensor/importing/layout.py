@@ -114,7 +114,7 @@ class Layout:
         found = found or [number for number, each in enumerate(names) if name.casefold() in each]
         if len(found) > 1:
             raise ArgumentError(
-                f"several columns are called {name}: give the number of the column, as in #2"
+                f"several columns are called {name}: give its number instead, as in {target}=#2"
             )
         if not found:
             return None
@@ -261,8 +261,8 @@ def _decimal(cells: "DataFrame", name: str) -> str:
     if groups.any() and not any(proofs.values()):
         (line, _), cell = next(iter(text[groups].items()))
         raise RecordingError(
-            f"{name}, line {line}: the point or comma in {cell!r} may separate decimals or "
-            "thousands: add --decimal with the sign that separates decimals, '.' or ','"
+            f"{name}, line {line}: the sign in {cell!r} may separate decimals or thousands: "
+            "add --decimal ',' or --decimal '.', whichever separates decimals"
         )
     return max(proofs, key=lambda sign: proofs[sign])
 

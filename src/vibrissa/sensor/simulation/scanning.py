@@ -285,15 +285,15 @@ def _assembled(
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Signals(Tabular):
-    """Signals of a scan at the clamp: exact from `scan`, with noise from `measured`.
+    """Signals of a scan at the clamp: `scan` returns them exact, `measured` with noise.
 
     Attributes
     ----------
     truth : SurfaceScan
         States of the scan, nondimensional and without noise.
     readings : ndarray, shape (n, 3)
-        Columns force_x, force_y and moment_z in the units of `columns`: exact clamp reactions, or
-        readings of a transducer.
+        Columns force_x, force_y and moment_z in the units that `columns` gives: exact clamp
+        reactions, or readings of a transducer.
     units : Units
     """
 
