@@ -263,3 +263,10 @@ def test_points_of_a_curve_that_ends_before_its_lock_slip_or_are_out_of_reach():
     curve = solve_curve(2.0, 0.15)
     assert len(stick_slip(curve, 0.3, 0.01, cycles=2).step) == 11
     assert stick_slip(curve, 5.0, 0.01, cycles=2).status is Status.OUT_OF_REACH
+
+
+def test_a_rod_has_no_tail_beyond_its_tip():
+    # Up to its tip, at s = 1, this rod bends away from the surface, and beyond s = 1.02 towards it.
+    curved = vibrissa.Mounting(curvature=[-0.1, *[0.0] * 7, 0.09])
+    curve = vibrissa.solve_curve(3, 0.8, contact="line", mounting=curved)
+    assert curve.status is Status.SOLVED and curve.end is End.SWINGS_ASIDE

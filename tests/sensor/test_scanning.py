@@ -169,7 +169,9 @@ def test_surface_is_asked_no_further_than_the_tip_comes(response):
         for surface in (ends, goes_on)
     ]
     assert runs[0].contact == pytest.approx(runs[1].contact, abs=1e-14)
-    with pytest.raises(ValueError, match=r"known from x = 0 L to 0\.45 L"):
+    with pytest.raises(
+        ValueError, match=r"known from x = 0 L to 0\.45 L, but the tip comes to x = 0\.4887"
+    ):
         simulate(response, ends, path("0.001", ["0.2"]), "energy", 0.8)
 
 

@@ -29,7 +29,7 @@ def material_of(setup: Setup) -> "Material | None":
         return likely_material(setup)
     if setup.material is not None:
         raise ArgumentError(
-            "a material alone does not do: give modulus, diameter and length of the rod, too"
+            "beside the material, give modulus, diameter and length of the rod, too"
         )
     return None
 

@@ -149,6 +149,7 @@ def test_ends_that_are_no_scan_are_noted_by_their_lines():
     # What the method does not use does not tell whether the rod touches.
     found = read(frame)
     assert found.line.tolist() == list(range(40, 141))
+    assert (found.air, found.air_rows) == ((0.0, 0.0, 0.0), 15)
     assert found.notes == (
         "no load: nothing touches the surface in 15 rows, left out: line 1-15",
         "the clamp rests before or after the scan in 44 rows, left out: line 16-39, 141-160",
