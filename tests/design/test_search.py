@@ -90,9 +90,18 @@ def test_the_transducer_keeps_a_margin():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mu0", [0.2, 0.4])
-def test_the_uncertainty_is_what_identify_states_of_a_recording(mu0):
-    found = design(asked(**GOOD, mu0=mu0, tolerances={"surface_slope": "exact"}))
+@pytest.mark.parametrize(
+    ("mu0", "stated"),
+    [
+        (0.2, {"tolerances": {"surface_slope": "exact"}}),
+        (0.4, {"tolerances": {"surface_slope": "exact"}}),
+        (0.3, {"assume": False, "tolerances": {"stage_scale": "5 %"}}),
+        (0.3, {"assume": False, "tolerances": {"stage_angle": "2 deg"}}),
+        (0.3, {"assume": False, "tolerances": {"length": "2 %"}}),
+    ],
+)
+def test_the_uncertainty_is_what_identify_states_of_a_recording(mu0, stated):
+    found = design(asked(**GOOD, mu0=mu0, **stated))
     setup, whisker = found.best.setup, found.best.whisker
     to = 30.5 * float(whisker.curve.onset(mu0))
     signals = scan(whisker, surfaces.constant(mu0), step="50 um", to=[to]).measured(SENSOR)

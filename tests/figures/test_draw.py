@@ -16,6 +16,7 @@ from vibrissa.figures.draw import KINDS, draw
 from vibrissa.figures.regimes import REGIMES
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
+from vibrissa.study.chunks import spell_powers
 from vibrissa.tables import records
 
 MU0 = (0.2, 0.3, 0.4, 0.9)
@@ -407,6 +408,19 @@ def test_a_script_gets_the_rows_and_the_style(tmp_path):
     assert len(axes.lines[0].get_xdata()) == 6 and not axes.spines["top"].get_visible()
     assert tuple(figure.get_size_inches()) == (4.0, 2.0)
     assert axes.get_xlim() == (0.5, 9.0) and axes.get_yscale() == "log"
+
+
+def test_a_curvature_is_chosen_with_its_powers(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        f"{SCRIPT}    figure, axes = plt.subplots()\n    axes.plot(table.mu0)\n    return figure\n"
+    )
+    rows = points().to_pylist()
+    for row in rows[::3]:
+        row["curvature_powers"] = spell_powers([0.0, 0.3])
+    table = pa.Table.from_pylist(rows, schema=points().schema)
+    for curvature, number in (([0.0], len(rows) - len(rows[::3])), ([[0.0, 0.3]], len(rows[::3]))):
+        figure = draw("script", table, {"curvature": curvature}, script=tmp_path / "mine.py")
+        assert len(figure.axes[0].lines[0].get_xdata()) == number
 
 
 @pytest.mark.parametrize("kind", ["locking", "models", "past_lock", "margins"])

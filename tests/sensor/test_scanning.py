@@ -237,6 +237,7 @@ def test_surfaces():
     [
         (lambda: surfaces.constant(0.0)(1.0), "mu0 must be positive"),
         (lambda: surfaces.patches([0.5, 0.1], [0.2, 0.3]), "positions of patches must increase"),
+        (lambda: surfaces.profile([0, 0.1, 0.1], [0.2] * 3), "must increase: number 3 does not"),
         (lambda: surfaces.patches([0.5], [0.2, 0.3]), "at least 1 pairs"),
         (lambda: surfaces.patches([], []), "at least 1 pairs"),
         (lambda: surfaces.profile([0.0], [0.2]), "at least 2 pairs"),
