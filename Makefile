@@ -129,7 +129,7 @@ $(STUDY_STAMP): locks/study.lock pyproject.toml
 # fetch some setuptools without a pin or a hash to build it.
 	@awk '/^[a-z]/ { keep = /^setuptools==/ } keep' locks/study.lock > $(VENV)/setuptools.lock
 	@$(PIP_INSTALL) --require-hashes -r $(VENV)/setuptools.lock
-	@$(PIP_INSTALL) --require-hashes --no-build-isolation --use-pep517 -r locks/study.lock
+	@$(PIP_INSTALL) --no-deps --require-hashes --no-build-isolation --use-pep517 -r locks/study.lock
 # Instead of an editable installation, which needs a build backend: a .pth file points to the source,
 # and a script runs the module of the command.
 	@$(PY) -c 'import pathlib, sysconfig; pathlib.Path(sysconfig.get_path("purelib"), "vibrissa.pth").write_text(str(pathlib.Path("src").absolute()) + "\n")'
@@ -137,9 +137,11 @@ $(STUDY_STAMP): locks/study.lock pyproject.toml
 	@chmod +x $(VENV)/bin/vibrissa
 	@printf '%s\n' $(HERE) > $(STUDY_STAMP)
 
+# A lock has all packages. Without --no-deps pip rejects one that is needed with an extra, such as
+# coverage[toml], as soon as there is a newer version of it.
 $(VENV)/.%: locks/%.lock $(STUDY_STAMP)
 	@echo "Installing the packages of locks/$*.lock, silently for a minute ..."
-	@$(PIP_INSTALL) --require-hashes --no-build-isolation --use-pep517 -r locks/$*.lock
+	@$(PIP_INSTALL) --no-deps --require-hashes --no-build-isolation --use-pep517 -r locks/$*.lock
 	@touch $@
 
 # Bytecode is kept: otherwise each worker would rewrite the assertions of all tests again.
