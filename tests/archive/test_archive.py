@@ -43,7 +43,7 @@ def test_an_archive_holds_what_makes_it_and_makes_it_again(unpacked):
     # Without its results there is nothing to compare.
     (unpacked / "results/tiny/tables/stiction.parquet").unlink()
     status, screen = verified(unpacked)
-    assert status == 2 and "has no tables/stiction.parquet" in screen
+    assert status == 2 and "has no file tables/stiction.parquet" in screen
 
 
 @pytest.mark.slow

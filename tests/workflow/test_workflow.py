@@ -174,7 +174,7 @@ def test_points_that_fail_are_counted_and_with_strict_end_the_run(copied):
     status, _ = copied.call("--config", "strict=true")
     assert status == 1
     assert copied.log("summary").startswith(
-        "error: strict: true allows no status failed, but 2 grid points, 1 scan failed"
+        "error: the study has strict: true, but 2 grid points, 1 scan have the status 'failed'"
     )
     assert len(copied.stiction()) == 4
     copied.run("results/tiny/summary.txt")
