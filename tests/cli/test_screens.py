@@ -38,7 +38,6 @@ COMMANDS = {
     "design": "design --rod examples/wire.toml --step '50 um' --mu0 '0.2 to 0.4' --theta '1, 2' "
     "--eta '0.85 to 0.9' --diameter '0.5 to 0.8 mm' -o out.toml",
 }
-SLOW = [name for name in COMMANDS if name.startswith(("identify", "design"))]
 
 
 def short(column):
@@ -59,9 +58,7 @@ def table_of(path):
     return [*above, *(f"{title}: {short(frame[title])}" for title in frame)]
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in COMMANDS]
-)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_prints_and_writes_as_before(name, snapshot, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
