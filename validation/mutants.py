@@ -24,7 +24,7 @@ from pathlib import Path
 
 import pytest
 from cosmic_ray.work_db import WorkDB, use_db
-from cosmic_ray.work_item import TestOutcome, WorkItem, WorkResult
+from cosmic_ray.work_item import TestOutcome, WorkerOutcome, WorkItem, WorkResult
 from coverage import CoverageData
 
 from validation.records import write_record
@@ -109,12 +109,14 @@ def covering(clone: Path) -> dict[str, dict[int, list[str]]]:
 
 
 def tried(clone: Path, items: Sequence[WorkItem]) -> list[Tried]:
-    """Try mutants one after the other in a clone."""
+    """Try mutants one after the other in a clone; leave out those that cannot be made."""
     with use_db(clone / SESSION, WorkDB.Mode.create) as database:
         database.clear()
         database.add_work_items(items)
         call(clone, "cosmic-ray", "exec", CONFIG, SESSION)
-        return list(database.completed_work_items)
+        # Some replacements of exceptions cannot be made.
+        results = list(database.completed_work_items)
+        return [one for one in results if one[1].worker_outcome is WorkerOutcome.NORMAL]
 
 
 def notice() -> int:
