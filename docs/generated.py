@@ -12,7 +12,7 @@ import grimp
 import pyarrow as pa
 
 from vibrissa.design.materials import MATERIALS
-from vibrissa.sensor.quantities import Units
+from vibrissa.quantities.units import Units
 from vibrissa.sensor.tolerances import TOLERABLE, Tolerable, told
 from vibrissa.sensor.transducer import PRESETS
 from vibrissa.study.axes import AXES, spell_values

@@ -3,8 +3,9 @@
 import numpy as np
 
 from vibrissa.mechanics.rod import Rod
-from vibrissa.sensor import Recording, Setup, identify, preset, series
-from vibrissa.sensor.quantities import Kind, Units
+from vibrissa.quantities import series
+from vibrissa.quantities.units import Kind, Units
+from vibrissa.sensor import Recording, Setup, identify, preset
 from vibrissa.sensor.tolerances import TOLERABLE
 
 ROD = Rod(2.1e11, 0.8e-3, 0.1)

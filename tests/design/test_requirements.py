@@ -9,8 +9,8 @@ from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
 from vibrissa.design.materials import Material
 from vibrissa.design.requirements import DIAMETERS, LENGTHS, TAPERS
 from vibrissa.errors import ArgumentError
+from vibrissa.quantities.keys import write_keys
 from vibrissa.sensor import preset
-from vibrissa.sensor.keys import write_keys
 from vibrissa.sensor.setup import Setup
 
 WIRE = MATERIALS["music-wire"]

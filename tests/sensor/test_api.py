@@ -13,9 +13,10 @@ from steel import NANO, ROD, SENSOR, SI, TRANSDUCER, WHISKER, identified
 from vibrissa import Mounting, sensor, solve_onset
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError
-from vibrissa.sensor import Whisker, scan, series, solve, surfaces
+from vibrissa.quantities import series
+from vibrissa.quantities.units import Kind, Units
+from vibrissa.sensor import Whisker, scan, solve, surfaces
 from vibrissa.sensor.onset import strains_in
-from vibrissa.sensor.quantities import Kind, Units
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from responses import respond
 from steel import NOISE, identified, recording_of
 from vibrissa.mechanics.rod import Rod
+from vibrissa.quantities.units import Units
 from vibrissa.sensor import Whisker, scan, solve, surfaces
 from vibrissa.sensor.identification import slope
 from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.simulation import tip
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.simulation.tip import SlipLaw

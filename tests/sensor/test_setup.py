@@ -9,9 +9,9 @@ from hypothesis import given as hypothesis_given
 from hypothesis import strategies as st
 
 from vibrissa.errors import ArgumentError
+from vibrissa.quantities.keys import read_keys, write_keys
+from vibrissa.quantities.units import Measured, Units
 from vibrissa.sensor import Setup, Whisker
-from vibrissa.sensor.keys import read_keys, write_keys
-from vibrissa.sensor.quantities import Measured, Units
 from vibrissa.sensor.tolerances import assumed_tolerances
 
 ROOT = Path(__file__).parents[2]

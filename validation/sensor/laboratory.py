@@ -35,8 +35,8 @@ from validation.sensor.mistakes import (
     everything,
 )
 from vibrissa.errors import VibrissaError
+from vibrissa.quantities.units import Kind
 from vibrissa.sensor import Method, PeriodStatus, Setup, identify
-from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances
 
 NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS

@@ -8,7 +8,7 @@ import typer
 from vibrissa.cli.options import command, option
 from vibrissa.design import DesignStatus, Requirements
 from vibrissa.design import design as find_design
-from vibrissa.sensor.keys import write_keys
+from vibrissa.quantities.keys import write_keys
 from vibrissa.sensor.setup import TOLERANCES
 
 PANELS = {

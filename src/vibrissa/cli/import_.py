@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from vibrissa.cli.options import Out, command, hand_out
-from vibrissa.sensor import series
+from vibrissa.quantities import series
 from vibrissa.sensor.importing import Settings, import_recording
 
 EXAMPLE = (

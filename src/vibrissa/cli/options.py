@@ -12,8 +12,8 @@ from pydantic.fields import FieldInfo
 
 from vibrissa.cli.app import HELP
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.quantities import Kind
-from vibrissa.sensor.series import ENDINGS, STANDARD, Tabular, check_ending, write
+from vibrissa.quantities.series import ENDINGS, STANDARD, Tabular, check_ending, write
+from vibrissa.quantities.units import Kind
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
 

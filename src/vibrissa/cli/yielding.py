@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from vibrissa.errors import ArgumentError
+from vibrissa.quantities.units import Kind
 from vibrissa.sensor.onset import largest_strain
-from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.whisker import Whisker
 

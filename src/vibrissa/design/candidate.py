@@ -15,9 +15,9 @@ from vibrissa.design.pairs import NODE_WEIGHTS, PARAMETERS, PART_WEIGHTS, PERIOD
 from vibrissa.design.requirements import Requirements
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
+from vibrissa.quantities.units import CHANNEL_KINDS, Kind
 from vibrissa.sensor.identification.parameters import SLOPE, parameters_of
 from vibrissa.sensor.identification.uncertainty import step_deviation
-from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances
 from vibrissa.sensor.transducer import CHANNELS

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Annotated, Self
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.keys import Card, Positive
-from vibrissa.sensor.quantities import Kind
+from vibrissa.quantities.keys import Card, Positive
+from vibrissa.quantities.units import Kind
 from vibrissa.sensor.setup import Setup
 
 # A measured modulus may differ from that of the named material by less than this factor.

@@ -15,8 +15,8 @@ from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.keys import Keyed, NotNegative, Positive, read_keys, with_options
-from vibrissa.sensor.quantities import Kind, Measured, channels_of, is_number, range_of
+from vibrissa.quantities.keys import Keyed, NotNegative, Positive, read_keys, with_options
+from vibrissa.quantities.units import Kind, Measured, channels_of, is_number, range_of
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
 from vibrissa.sticking.api import MOST_TAPER

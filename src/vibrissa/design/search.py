@@ -10,7 +10,7 @@ import numpy as np
 from vibrissa.design.candidate import Candidate, limits_of
 from vibrissa.design.pairs import survey
 from vibrissa.design.requirements import Requirements
-from vibrissa.sensor.quantities import Kind
+from vibrissa.quantities.units import Kind
 from vibrissa.sensor.tolerances import told
 
 # Relative excess over a bound that is allowed, for rounding.

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 
 from vibrissa.mechanics.bending import Bending, measure
 from vibrissa.outcomes import End, Status
-from vibrissa.sensor.quantities import Kind, Quantity
-from vibrissa.sensor.series import Column, Tabular
+from vibrissa.quantities.series import Column, Tabular
+from vibrissa.quantities.units import Kind, Quantity
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, onset_on
 from vibrissa.sticking.curve import StickingCurve

@@ -15,8 +15,8 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.keys import Keyed, Positive
-from vibrissa.sensor.quantities import SI_UNITS, Kind, Measured, Quantity, Units, wished_units
+from vibrissa.quantities.keys import Keyed, Positive
+from vibrissa.quantities.units import SI_UNITS, Kind, Measured, Quantity, Units, wished_units
 from vibrissa.sensor.tolerances import check_name, read_tolerances
 from vibrissa.sensor.whisker import Whisker
 

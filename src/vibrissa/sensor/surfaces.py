@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor import series
-from vibrissa.sensor.quantities import Kind, Quantity, Units
+from vibrissa.quantities import series
+from vibrissa.quantities.units import Kind, Quantity, Units
 
 # Number of cosines in a random surface, enough for a nearly normal distribution of its friction.
 COSINES = 256

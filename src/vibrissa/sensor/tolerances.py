@@ -13,8 +13,8 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError, UnknownNameError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.keys import suggestion
-from vibrissa.sensor.quantities import Kind, Quantity, Units, is_number
+from vibrissa.quantities.keys import suggestion
+from vibrissa.quantities.units import Kind, Quantity, Units, is_number
 
 if TYPE_CHECKING:
     from vibrissa.sensor.whisker import Whisker

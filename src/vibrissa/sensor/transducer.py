@@ -13,8 +13,8 @@ from pydantic import BeforeValidator, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.keys import Card, NotNegative, Positive
-from vibrissa.sensor.quantities import Units, channels_of
+from vibrissa.quantities.keys import Card, NotNegative, Positive
+from vibrissa.quantities.units import Units, channels_of
 
 CHANNELS = ("force_x", "force_y", "moment_z")
 Sizes = tuple[NotNegative, NotNegative, NotNegative]

@@ -12,7 +12,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.quantities import Kind, Quantity, Units
+from vibrissa.quantities.units import Kind, Quantity, Units
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
@@ -112,7 +112,7 @@ class Whisker:
 
     def height(self, clamp: ArrayLike) -> FloatArray:
         """Height of the surface above the clamp at positions of its stage (L)."""
-        return np.asarray(self.eta - np.asarray(clamp) * np.sin(self.mounting.stage_angle))
+        return height_at(clamp, self.eta, self.mounting.stage_angle)
 
     def level(self, eta: float) -> "Whisker":
         """Return the same rod at another height, on a level stage."""
@@ -140,3 +140,8 @@ class Whisker:
         reached = self.height(np.append(positions, 0.0))
         heights = respond_over(self.level(self.eta), float(reached.min()), float(reached.max()))
         return Stage(rod=heights, eta=self.eta, angle=angle)
+
+
+def height_at(clamp: ArrayLike, eta: float, stage_angle: float) -> FloatArray:
+    """Height h(X) = η − X·sin δ of the surface above the clamp at the position X (L)."""
+    return np.asarray(eta - np.asarray(clamp) * np.sin(stage_angle))

@@ -26,6 +26,7 @@ from steel import (
 )
 from vibrissa.cli.app import app
 from vibrissa.errors import WrongRodError
+from vibrissa.quantities.units import Units
 from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.recording import (
@@ -33,7 +34,6 @@ from vibrissa.sensor.identification.recording import (
     noise_of,
     read_recording,
 )
-from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
 from vibrissa.sensor.simulation.tip import SlipLaw
 

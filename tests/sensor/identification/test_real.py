@@ -6,9 +6,9 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from steel import ROD, SENSOR, identified
+from vibrissa.quantities.units import Units
 from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.identification.ends import moving, touching
-from vibrissa.sensor.quantities import Units
 
 MU0 = 0.3
 NAMES = ("force_x [N]", "force_y [N]", "moment_z [N*m]")

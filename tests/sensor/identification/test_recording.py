@@ -6,8 +6,8 @@ import pytest
 
 from steel import ROD, SCALE, SENSOR
 from vibrissa.errors import RecordingError
+from vibrissa.quantities.units import Kind, Units
 from vibrissa.sensor.identification.recording import Method, left_out, read_recording, units_of
-from vibrissa.sensor.quantities import Kind, Units
 
 NAN = np.nan
 

@@ -7,13 +7,13 @@ import pytest
 from scipy import stats
 
 from steel import ROD, SENSOR, TRANSDUCER, identified
+from vibrissa.quantities.units import Units
 from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
 from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slope import Slope
-from vibrissa.sensor.quantities import Units
 
 WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
 NONE = Identification(

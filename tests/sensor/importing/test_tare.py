@@ -5,7 +5,8 @@ import pytest
 
 from steel import Given, identified
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor import Whisker, scan, series, surfaces
+from vibrissa.quantities import series
+from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.importing.importing import zeros_of
 from vibrissa.sensor.transducer import CHANNELS

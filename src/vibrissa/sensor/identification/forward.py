@@ -1,13 +1,9 @@
 """The forward model: readings and friction for a set-up and the x0 at the end of each period.
 
-The clamp is at X on its path, which has the angle δ to the surface. So the height is
-
-    h(X) = η − X·sin δ.
-
-A tip at the place x_c has the displacement x0(X) = X·cos δ + x1_init(h) − x_c from the α = 0 state
-of this height. Each period has one unknown u: x0 in its last sample. From the loads R(x0, h) of the
-rod the transducer makes the readings (1 + Σ p_k·M_k)·R plus its zeros, where M_k is the matrix of
-the parameter p_k of the transducer.
+With the clamp at X, the height h(X) and the displacement x0(X) are those of `Stage`. Each period
+has one unknown u: x0 in its last sample. From the loads R(x0, h) of the rod the transducer makes
+the readings (1 + Σ p_k·M_k)·R plus its zeros, where M_k is the matrix of the parameter p_k of the
+transducer.
 """
 
 from collections.abc import Mapping
@@ -30,6 +26,7 @@ from vibrissa.sensor.response.heights import (
     HeightRange,
     Heights,
     HeightStates,
+    Stage,
     check_range,
 )
 from vibrissa.sensor.whisker import Whisker
@@ -133,8 +130,9 @@ class SetUp:
     def at(self, clamp: FloatArray, contact: ArrayLike) -> tuple[HeightStates, FloatArray]:
         """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
         rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
-        states = self.heights.states(rod.height(clamp))
-        return states, clamp * np.cos(rod.mounting.stage_angle) + states.x1_init - contact
+        stage = Stage(rod=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
+        states = self.heights.states(stage.height(clamp))
+        return states, stage.x0(states, clamp, contact, 1)
 
     def contact(self, u: FloatArray) -> FloatArray:
         """Position of the tip in each period, along the surface (L)."""

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.special import chdtrc, fdtrc
 
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.quantities.units import Units
 from vibrissa.sensor.identification.fit import TINY, Fit
 from vibrissa.sensor.identification.parameters import Parameter
-from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.tolerances import told
 
 # Surprise above which an estimate is far from the given value. Least part of a parameter's variance

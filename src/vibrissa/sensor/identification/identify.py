@@ -13,6 +13,7 @@ from vibrissa.errors import (
     RecordingError,
     WrongRodError,
 )
+from vibrissa.quantities.units import Units, chosen
 from vibrissa.sensor.identification.mixing import check_columns
 from vibrissa.sensor.identification.model import nearest_states, read_model, unfitted
 from vibrissa.sensor.identification.parameters import BEARING
@@ -27,7 +28,6 @@ from vibrissa.sensor.identification.recording import (
 )
 from vibrissa.sensor.identification.result import Identification, beside
 from vibrissa.sensor.identification.task import Task, in_samples, task_of
-from vibrissa.sensor.quantities import Units, chosen
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.sensor.whisker import Whisker

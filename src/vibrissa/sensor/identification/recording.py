@@ -11,9 +11,9 @@ import numpy as np
 from vibrissa.errors import ArgumentError, OtherTableError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor import series
+from vibrissa.quantities import series
+from vibrissa.quantities.units import CHANNEL_KINDS, Kind, Measured, Units, wished_units
 from vibrissa.sensor.identification.ends import moving, touching
-from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Measured, Units, wished_units
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.wording import counted
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.quantities.units import CHANNEL_KINDS, Kind, Units
 from vibrissa.sensor.identification.blocks import Blocks, condensed
 from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
 from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips
 from vibrissa.sensor.identification.slope import Slope
-from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Units
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.transducer import CHANNELS, Transducer

@@ -8,12 +8,12 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.quantities.keys import Keyed, Positive
+from vibrissa.quantities.series import Column, Tabular, listed, numbers
+from vibrissa.quantities.units import Kind, Units, wished_units
 from vibrissa.sensor.identification.ends import FEWEST, moving, touching
 from vibrissa.sensor.identification.recording import noise_of
 from vibrissa.sensor.importing.layout import KINDS, FileColumn, Layout, decoded, layout_of
-from vibrissa.sensor.keys import Keyed, Positive
-from vibrissa.sensor.quantities import Kind, Units, wished_units
-from vibrissa.sensor.series import Column, Tabular, listed, numbers
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 

@@ -11,9 +11,9 @@ from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.quantities.series import MISSING, NUMBER, lines_of, split
+from vibrissa.quantities.units import CHANNEL_KINDS, Kind, unit_size
 from vibrissa.sensor.identification.recording import left_out
-from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, unit_size
-from vibrissa.sensor.series import MISSING, NUMBER, lines_of, split
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 

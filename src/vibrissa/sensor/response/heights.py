@@ -17,9 +17,9 @@ from scipy.interpolate import CubicSpline
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.sensor.quantities import Kind
+from vibrissa.quantities.units import Kind
 from vibrissa.sensor.response.branch import KNOTS, Response, States, responses
-from vibrissa.sensor.whisker import Whisker
+from vibrissa.sensor.whisker import Whisker, height_at
 
 # Number of heights at which the rod is solved in a part, and knots on a stretch, as parts of it.
 NODES = 9
@@ -199,11 +199,8 @@ class HeightStates(States):
 class Stage:
     """A rod on a stage that moves along the surface, or at an angle δ to it.
 
-    With the clamp at X, the height is
-
-        h(X) = η − X·sin δ,
-
-    and a tip at the position x_c has the displacement from the α = 0 state of that height
+    With the clamp at X, the height h is that of `height_at`, and a tip at the position x_c has the
+    displacement from the α = 0 state of that height
 
         x0(X) = x1_init(h) + side·(X·cos δ − x_c),
 
@@ -226,7 +223,7 @@ class Stage:
 
     def height(self, clamp: ArrayLike) -> FloatArray:
         """Height of the surface above the clamp (L)."""
-        return np.asarray(self.eta - np.asarray(clamp) * np.sin(self.angle))
+        return height_at(clamp, self.eta, self.angle)
 
     def along(self, clamp: ArrayLike) -> FloatArray:
         """Convert clamp positions along the stage to positions along the surface (L)."""
@@ -252,8 +249,14 @@ class Stage:
             1 for a tip ahead of the clamp, −1 for a tip behind it.
         """
         states = self.at(clamp)
+        return states, self.x0(states, clamp, contact, side)
+
+    def x0(
+        self, states: States, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike
+    ) -> FloatArray:
+        """Return the displacement x0 of the rod's states at these clamp positions (L)."""
         ahead = self.along(clamp) - np.asarray(contact)
-        return states, np.asarray(states.x1_init + np.asarray(side) * ahead)
+        return np.asarray(states.x1_init + np.asarray(side) * ahead)
 
 
 def check_range(whisker: Whisker, low: float, high: float) -> None:

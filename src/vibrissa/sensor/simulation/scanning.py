@@ -17,10 +17,10 @@ from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.steps import step_position
-from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
+from vibrissa.quantities.series import Column, Tabular
+from vibrissa.quantities.units import Kind, Quantity, Units, chosen
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.response.heights import Stage
-from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.simulation.tip import BACKWARD, END, SlipLaw, Tip
 from vibrissa.sensor.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of

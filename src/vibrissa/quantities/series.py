@@ -1,4 +1,4 @@
-"""Tables of the sensor in CSV or Parquet files, with a unit for each column.
+"""Tables in CSV or Parquet files, with a unit for each column.
 
 The titles of a CSV file are as in ``footpoint [mm],force_x [N]``. Lines above the titles, such as
 ``# zero_force_x = 310 ± 0.3 mN``, hold for the whole table.

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationIn
 
 from vibrissa.errors import ArgumentError
 from vibrissa.files import write_atomically
-from vibrissa.sensor.quantities import Kind
+from vibrissa.quantities.units import Kind
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]

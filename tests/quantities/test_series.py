@@ -10,8 +10,8 @@ import pytest
 
 from steel import Given
 from vibrissa.errors import ArgumentError, RecordingError
-from vibrissa.sensor import series
-from vibrissa.sensor.series import Column
+from vibrissa.quantities import series
+from vibrissa.quantities.series import Column
 
 COLUMNS = {
     "footpoint": Column(np.array([0.1, np.nan, 1e-300]), "mm", "position of the clamp"),

@@ -1,0 +1,1 @@
+"""Quantities with units: in texts, in set-up files and options, and in tables."""
