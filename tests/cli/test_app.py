@@ -142,7 +142,7 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
         (["solve", *WHISKER, "--mu0", "0.3", *ROD, "--step", "3 kg"], "step must be a length"),
         (
             ["solve", *WHISKER, "--mu0", "0.3", "--material", "tin"],
-            "beside the material, give modulus",
+            "with a material, give modulus",
         ),
         (["solve", *WHISKER, *ROD, "--mu0", "0.3", "--material", "tin"], "material must be one"),
         (["solve", *WHISKER, "--mu0", "0.3", "-o", "x.txt"], "ending must be"),

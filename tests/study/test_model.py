@@ -257,7 +257,7 @@ WRONG = {
         "one",
     ),
     "several": (", theta: 2.5", "", "25: figures.friction", "friction shows one value of theta"),
-    "several etas": ("[0.85]", "[0.85, 0.9]", "24: figures.taper", "one value of eta; 'main' has"),
+    "several etas": ("[0.85]", "[0.85, 0.9]", "24: figures.taper", "one value of eta, but 'main'"),
     "name": ("study: demo", "study: a b", "2: study", "letters, digits, _ and -"),
     "key as a name": ("  main:", "  a b:", "7: grids.a b", "letters, digits, _ and -"),
     "shooting": (
@@ -333,16 +333,16 @@ def test_mountings_are_refused_where_nothing_solves_or_shows_them(read):
     told = mistakes(read, MOUNTED + "figures: {f: {kind: taper, grid: g}}\n")
     assert any("taper shows one value of clamp_angle" in one for one in told)
     change = "figures: {f: {kind: change, grid: g, over: curvature, clamp_angle: 0}}\n"
-    assert any("the data have polynomials" in one for one in mistakes(read, MOUNTED + change))
+    assert any("lists of coefficients" in one for one in mistakes(read, MOUNTED + change))
 
 
 def test_claims_need_the_papers_points_and_say_what_to_remove(read):
     text = (ROOT / "config.yaml").read_text().replace("mu0: [0.2, 0.3, 0.4]", "mu0: [0.2, 0.3]")
     (told,) = mistakes(read, text)
     assert "claims.taper" in told and "need 0.2, 0.3, 0.4" in told
-    assert told.endswith("or remove the key `claims`, which is optional")
+    assert told.endswith("or remove the optional key `claims`")
     (told,) = mistakes(read, (ROOT / "config.yaml").read_text().replace("point", "line", 1))
-    assert "remove the key `claims`" in told
+    assert "remove the optional key `claims`" in told
 
 
 def test_a_table_answers_a_part_of_the_study(read):

@@ -46,6 +46,6 @@ def read_layouts(path: Path) -> dict[str, Layout]:
     except (yaml.YAMLError, InvalidLayout) as error:
         raise ComparisonError(
             f"{path} cannot be used ({error}). Each table needs the entry 'keys', a list of "
-            "columns, and the entry 'columns', which gives for each compared column exact, or "
-            "{absolute: number, relative: number}"
+            "columns, and the entry 'columns', with the word exact or {absolute: number, relative: "
+            "number} for each compared column"
         ) from None

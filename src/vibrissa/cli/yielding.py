@@ -28,9 +28,7 @@ def material_of(setup: Setup) -> "Material | None":
 
         return likely_material(setup)
     if setup.material is not None:
-        raise ArgumentError(
-            "beside the material, give modulus, diameter and length of the rod, too"
-        )
+        raise ArgumentError("with a material, give modulus, diameter and length of the rod")
     return None
 
 

@@ -183,7 +183,7 @@ class Candidate:
 
     @cached_property
     def checks(self) -> list[Limit]:
-        """All constraints, sorted by decreasing use."""
+        """All constraints, sorted by decreasing use (`Limit.use`, 1 at the bound)."""
         found = limits_of(self.requirements, self.pair, self.diameter, self.length)
         return sorted(found, key=lambda check: -float(f"{check.use:.3g}"))
 
@@ -194,13 +194,13 @@ class Candidate:
 
     @property
     def by_reading(self) -> FloatArray:
-        """Uncertainty due to the noise of the readings."""
+        """Uncertainty of μ0 due to the noise of the readings."""
         with np.errstate(divide="ignore"):  # infinite for a period of length 0, without readings
             return np.asarray(np.abs(self.pair.demand_slope) / np.sqrt(self._known))
 
     @cached_property
     def by_tolerances(self) -> FloatArray:
-        """Uncertainty due to surface slope and to set-up errors that a fit by `identify` leaves."""
+        """Uncertainty due to surface slope and to set-up errors that remain after `identify`."""
         effect, covariance = self._errors
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
         return np.sqrt(common + self._of_slope**2)
@@ -272,12 +272,12 @@ class Candidate:
         )
 
     def parts(self) -> list[TolerancePart]:
-        """List by how much the largest uncertainty falls if each tolerance is halved.
+        """List by how much the largest uncertainty of μ0 falls if one tolerance alone is halved.
 
         C is the covariance of the fitted parameters, and D their effect on μ0
         (`vibrissa.design.pairs`). Let k be the parameters to which one tolerance applies, and S
-        their covariance before the fit. Halving the tolerance is like measuring them once more,
-        with covariance S/3. It lowers the variance D·C·Dᵀ of μ0 by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ. Here
+        their covariance before the fit. Halving the tolerance is like measuring k once more, with
+        covariance S/3. It lowers the variance D·C·Dᵀ of μ0 by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ. Here
         Cₖ are the columns of C for k, and Cₖₖ the rows of Cₖ for k.
         """
         if not np.isfinite(self.largest):

@@ -45,9 +45,9 @@ class Material(Card):
         """
         if not 1.0 / OTHER < modulus / self.modulus < OTHER:
             raise ArgumentError(
-                f"modulus = {modulus / 1e9:.4g} GPa is not that of {self.name} "
-                f"({self.modulus / 1e9:.4g} GPa): leave out modulus, or give modulus and "
-                "yield_strain instead of the material"
+                f"modulus = {modulus / 1e9:.4g} GPa is far from {self.modulus / 1e9:.4g} GPa, that "
+                f"of {self.name!r}: leave out modulus, or give modulus and yield_strain instead of "
+                "the material"
             )
         strain = self.yield_strain * self.modulus / modulus
         return self.model_copy(update={"modulus": modulus, "yield_strain": strain})

@@ -17,7 +17,7 @@ from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.keys import Keyed, NotNegative, Positive, read_keys, with_options
 from vibrissa.quantities.units import Kind, Measured, channels_of, is_number, range_of
-from vibrissa.sensor.setup import TOLERANCES, Setup
+from vibrissa.sensor.setup import MOUNTING, TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
 from vibrissa.sticking.api import MOST_TAPER
 
@@ -174,9 +174,8 @@ class Requirements(Keyed):
         first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
         if first.whisker.mounting != IDEAL:
             raise ArgumentError(
-                "a design needs a straight rod, a rigid upright clamp and a level stage; delete "
-                "the values of the mounting: its tolerances may stay, in the table "
-                f"[{TOLERANCES}]"
+                "a design needs a straight rod, a rigid upright clamp and a level stage: leave out "
+                f"{', '.join(MOUNTING)}; their tolerances may stay, in the table [{TOLERANCES}]"
             )
         return self
 
@@ -216,7 +215,7 @@ class Requirements(Keyed):
 
     @property
     def given(self) -> bool:
-        """Whether all four sizes have a single value; the rod is then only checked."""
+        """Whether theta, eta, diameter and length have one value each: the rod is only checked."""
         return all(len(getattr(self, name)) == 1 for name in SIZES)
 
     def rod_setup(self, theta: float, eta: float, diameter: float, length: float) -> Setup:

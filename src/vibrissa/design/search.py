@@ -68,8 +68,8 @@ class Design:
     def active_constraints(self) -> list[str]:
         """Names of the constraints that limit the best rod, those with the largest use first.
 
-        A constraint is named if its use (`Limit.use`) is 90 % or more. If no rod meets all
-        constraints, those above 100 % are named.
+        A constraint is named if its use (`Limit.use`, 100 % at the bound) is 90 % or more. If no
+        rod meets all constraints, those above 100 % are named.
         """
         least = USED_UP if self.status is DesignStatus.FOUND else 1.0 + ROUNDING
         return [check.name for check in self.best.checks if check.use >= least]
@@ -163,7 +163,7 @@ def design(requirements: Requirements) -> Design:
     Parameters
     ----------
     requirements : Requirements
-        If each of the four sizes has a single value, this rod is only checked.
+        If theta, eta, diameter and length have a single value each, this rod is only checked.
 
     Raises
     ------

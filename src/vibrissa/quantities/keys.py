@@ -137,8 +137,8 @@ def read_keys(path: Path | str) -> dict[str, Any]:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:  # no UTF-8, or no TOML
         raise ArgumentError(
-            f"{path} cannot be read as TOML in UTF-8: {error}; write key = 2.5, with a point and "
-            'not a comma, or key = "2.5 mm", in quotes'
+            f"{path} cannot be read as TOML in UTF-8: {error}. Save it as UTF-8; write key = 2.5, "
+            'with a point and not a comma, or key = "2.5 mm", in quotes'
         ) from None
 
 

@@ -256,6 +256,7 @@ def numbers(
     RecordingError
         With a line for each cell that is no finite number.
     """
+    allowed = f"up to {LARGEST:g} with a decimal {'point' if decimal == '.' else 'comma'}"
     values, wrong = {}, []
     for name, column in columns.items():
         text = column.astype(str).fillna("").str.strip()
@@ -265,7 +266,7 @@ def numbers(
         missing = text.str.lower().isin(MISSING).to_numpy()
         bad = ~(good | missing) | (np.abs(values[name]) > LARGEST)
         wrong += [
-            (line, f"{name} must be a finite number, or empty where it is missing, got {cell!r}")
+            (line, f"{name} must be empty or a number {allowed}, got {cell!r}")
             for line, cell in column[bad].astype(str).items()
         ]
     if wrong:

@@ -70,7 +70,7 @@ class WhiskerOnset(Tabular):
         return "\n".join(f"{what:<{width}}{text}" for what, text in lines.items())
 
     def columns(self) -> dict[str, Column]:
-        """Columns of a table whose one row has the onset of slip, or lateral buckling."""
+        """Columns of a table with one row: the onset of slip, or else lateral buckling."""
         onset, units = self.onset, self.whisker.units
         return {
             "status": Column([onset.status.value], "", "status"),

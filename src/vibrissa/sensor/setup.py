@@ -16,7 +16,15 @@ from vibrissa.mechanics.mounting import Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.quantities.keys import Keyed, Positive
-from vibrissa.quantities.units import SI_UNITS, Kind, Measured, Quantity, Units, wished_units
+from vibrissa.quantities.units import (
+    SI_UNITS,
+    Kind,
+    Measured,
+    Quantity,
+    Units,
+    is_number,
+    wished_units,
+)
 from vibrissa.sensor.tolerances import check_name, read_tolerances
 from vibrissa.sensor.whisker import Whisker
 
@@ -175,10 +183,11 @@ class Setup(Keyed):
         units = Units(self.rod, wished_units(*lengths, self.noise, *self.tolerances.values()))
         eta = self._read("eta", units)
         if self.rod is not None and not 0.0 < eta < 1.0:
+            bare = is_number(self.eta.value)
+            hint = ". A height in mm needs its unit, as in '85 mm'" if bare else ""
             raise ArgumentError(
                 "eta must lie between 0 and the length of the rod, "
-                f"{units.spelled(1.0, Kind.LENGTH)}, got {self.eta.value!r}. A height in mm "
-                "needs its unit, as in '85 mm'"
+                f"{units.spelled(1.0, Kind.LENGTH)}, got {self.eta.value!r}{hint}"
             )
         whisker = Whisker(
             theta=self._read("theta", units),

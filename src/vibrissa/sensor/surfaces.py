@@ -133,7 +133,7 @@ def _increasing(
     """Convert positions and friction to arrays; refuse positions that do not increase."""
     at, values = np.asarray(x, dtype=float), np.asarray(mu0, dtype=float)
     if len(at) < least or len(at) != len(values):
-        raise ArgumentError(f"{name} must have at least {least} pairs of a position and a mu0")
+        raise ArgumentError(f"{name} must have a mu0 for each position, and at least {least}")
     falls = np.flatnonzero(~(np.diff(at) > 0.0))
     if len(falls):
         raise ArgumentError(f"positions of {name} must increase: number {falls[0] + 2} does not")
@@ -156,7 +156,8 @@ def random(
     """
     if not (mean > 0.0 and deviation >= 0.0 and correlation > 0.0 and least > 0.0):
         raise ArgumentError(
-            "a random surface needs mean, correlation and least above 0, and deviation not below 0"
+            "a random surface: mean, correlation and 'least' must be positive, and deviation not "
+            "negative"
         )
     generator = np.random.default_rng(seed)
     wave = generator.standard_normal(COSINES) / correlation

@@ -77,7 +77,7 @@ class Transducer(Card):
 
     @property
     def deviation(self) -> tuple[float, float, float]:
-        """Standard deviation of a reading: noise, and uniform rounding within a step."""
+        """Standard deviation of a reading: noise, and rounding to the resolution."""
         x, y, z = np.sqrt(np.square(self.noise) + np.square(self.resolution) / 12.0).tolist()
         return x, y, z
 

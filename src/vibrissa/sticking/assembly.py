@@ -14,7 +14,7 @@ from vibrissa.sticking.curve import SAME, StickingCurve, failed_curve
 from vibrissa.sticking.piece import Pieces
 
 NO_MAXIMUM = (
-    "the path could not be followed up to a maximum of -tan alpha; try a larger eta or a theta "
+    "the computed states end before -tan alpha reaches a maximum; try a larger eta or a theta "
     "closer to 1"
 )
 NOT_IN_PLANE = (

@@ -53,8 +53,8 @@ class StickingCurve:
         Largest equilibrium residual at points between the solved states. By shooting: largest
         distance of the tip from the contact point (L).
     x0_lock, mu_lock : float
-        Displacement (L) at which −tan α is largest, and its value there, which is infinite if the
-        tip lifts off (fy = 0) before a maximum.
+        Displacement (L) at which −tan α is largest, and −tan α there; it is infinite if fy vanishes
+        before a maximum.
     x0_touch : float
         Smallest displacement (L) at which φ1 = 0; NaN if there is none before the lock, 0 if the
         rod lies on the surface at α = 0 already.
@@ -83,8 +83,8 @@ class StickingCurve:
     def contact_point(self, x0: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Position (x, y) of the tip relative to the clamp, at displacements x0 (L).
 
-        In line contact it is the point of the surface 1 − s_c beyond the contact point. A straight
-        rod has its tip there; a curved rod may hang free.
+        In line contact: the point of the surface at the distance 1 − s_c beyond the contact point.
+        A straight rod has its tip there; the tip of a curved rod may be off the surface.
         """
         x0, stage_angle = np.asarray(x0, dtype=float), self.mounting.stage_angle
         return self.x1_init - x0 * np.cos(stage_angle), self.eta - x0 * np.sin(stage_angle)

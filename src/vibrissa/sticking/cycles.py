@@ -100,8 +100,8 @@ def stick_slip(
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
     contact : str
-        Contact model, used only on an oblique stage. There the height differs from cycle to cycle:
-        `curve` is that of the first cycle; those of the others are solved here.
+        Contact model; not used on a level stage. On an oblique stage each cycle has its own height:
+        `curve` belongs to the first cycle, and the curves of later cycles are solved here.
 
     Returns
     -------

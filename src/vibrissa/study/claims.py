@@ -11,7 +11,7 @@ from vibrissa.study.figures import unknown_name
 from vibrissa.study.sections import Mistakes, Section
 
 # Second remedy in messages: the study may be a copy of the paper's study that was changed.
-REMEDY = "or remove the key `claims`, which is optional"
+REMEDY = "or remove the optional key `claims`"
 
 
 class Claims(Section):
@@ -35,7 +35,9 @@ class Claims(Section):
         """Find names and values that do not fit the study, a `vibrissa.study.model.Study`."""
         mistakes = Mistakes()
         if (study.contact, study.section) != (Contact.POINT, RodSection.ROUND):
-            mistakes.add(f"the statements need `contact: point` and `section: round`; {REMEDY}")
+            mistakes.add(
+                f"the statements need `contact: point`, `section: round`: set both, {REMEDY}"
+            )
         for key, needed in self.needed.items():
             name, source = getattr(self, key), key if key in ("scan", "state") else "grid"
             data: Mapping[str, Any] = getattr(study, f"{source}s")
@@ -46,8 +48,8 @@ class Claims(Section):
                 found = data[name].axes[axis]
                 if set(values) - set(found) or (axis in self.setup and len(found) > 1):
                     mistakes.add(
-                        f"{name!r} has {axis} = {spell_values(found)}, and the statements need "
-                        f"{'only ' * (axis in self.setup)}{spell_values(values)}; change "
+                        f"{name!r} has {axis} = {spell_values(found)}, but the paper's statements "
+                        f"need {spell_values(values)}{' alone' * (axis in self.setup)}; change "
                         f"{axis} of {name!r}, {REMEDY}",
                         key,
                     )

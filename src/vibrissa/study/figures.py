@@ -228,12 +228,15 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
                 mistakes.add(f"{spell_value(value)} is not among the data; {has}", axis)
             if axis in single and len(chosen) > 1:
                 mistakes.add(
-                    f"{self.kind} shows one value of {axis}; {has}: choose one by {axis}: value"
+                    f"a figure of kind {self.kind} shows one value of {axis}, but {has}; "
+                    f"set {axis} to one of them"
                 )
         over = axes.get(self.over or "", ())
         is_pair = len(over) == 2 and 0.0 in over
         if any(isinstance(value, tuple) for value in over):
-            mistakes.add(f"the data have polynomials of {self.over}; allowed: numbers", "over")
+            mistakes.add(
+                f"the data have lists of coefficients for {self.over}; allowed: numbers", "over"
+            )
         elif self.kind == "change" and not is_pair:
             text = f"{self.over} has {spell_values(over)}; allowed: two values, one of them 0"
             mistakes.add(text, "over")

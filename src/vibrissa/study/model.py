@@ -183,7 +183,7 @@ class Study(Section):
             axes = [grid.axes for grid in (*self.grids.values(), *self.scans.values())]
             is_ideal = all(one[axis] == (0.0,) for one in axes for axis in MOUNTING_AXES)
             if self.contact is Contact.LINE or not is_ideal:
-                needs = "shooting needs contact: point and the ideal mounting"
+                needs = "shooting needs `contact: point` and 0 for all axes of the mounting"
                 mistakes.add(f"{needs}; allowed here: collocation", "method")
 
     @property

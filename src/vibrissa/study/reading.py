@@ -89,8 +89,8 @@ def _loaded(path: Path, text: str) -> dict[Any, Any]:
         raise StudyError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
     if not isinstance(document, dict):
         raise StudyError(
-            f"{path}: {shown(document)} is not a study; a study file has keys with values, such as "
-            "'study: mine'"
+            f"{path}: a study file has keys with values, such as 'study: mine', got "
+            f"{shown(document)}"
         )
     return document
 

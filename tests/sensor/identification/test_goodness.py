@@ -135,12 +135,12 @@ def test_an_inclined_surface_is_found_and_by_how_much():
 @pytest.mark.parametrize(
     "mixed, said",
     [
-        (np.diag([-1.0, 1.0, 1.0]), "force_x with the wrong sign"),
-        (-np.eye(3), "force_x, force_y, moment_z with the wrong sign"),
+        (np.diag([-1.0, 1.0, 1.0]), "the sign of force_x is wrong"),
+        (-np.eye(3), "the sign of force_x, force_y, moment_z is wrong"),
         (np.eye(3)[[1, 0, 2]], "force_x and force_y are swapped"),
         (
             np.diag([1.0, -1.0, 1.0])[[1, 0, 2]],
-            "force_x and force_y are swapped, force_y then with",
+            "force_x and force_y are swapped; after swapping them, the sign of force_y is wrong",
         ),
         (
             np.diag([1e3, 1e3, 1.0]),

@@ -83,7 +83,7 @@ def test_slips_in_the_noise_of_the_forces_are_seen_in_the_moment_or_refused(resp
     periods = found_in(recording, noise)
     assert len(periods) == truth.period[-1] and periods.notes == ()
     forces = replace(recording, readings=recording.readings * [1.0, 1.0, np.nan])
-    with pytest.raises(WrongRodError, match="zeros, noise"):
+    with pytest.raises(WrongRodError, match="zero offsets, noise"):
         found_in(forces, noise)
 
 
@@ -276,7 +276,7 @@ def test_recording_is_converted(tmp_path):
     [
         (HEADER + "0,0,1,1,1\n0,1,1,1,1\n", "line 3: time does not increase"),
         (HEADER + "0,0,1,1,1\nnan,1,1,1,1\n", "line 3: time does not increase"),
-        (HEADER + "0,0,1,x,1\n", "line 2: force_y must be a finite number"),
+        (HEADER + "0,0,1,x,1\n", "line 2: force_y must be empty or a number"),
         (
             "footpoint [mm],force_x [N]\n0,1\n",
             "needs the column moment_z, or both force_x and force_y",

@@ -35,7 +35,7 @@ def test_a_note_names_a_few_stretches_of_lines():
 
 
 def test_a_file_with_another_ending_is_for_import(tmp_path):
-    with pytest.raises(RecordingError, match=r"must be \.csv or \.parquet\. Convert a file"):
+    with pytest.raises(RecordingError, match=r"must be \.csv or \.parquet\. If titles or layout"):
         read_recording(tmp_path / "lab.txt", Units(), Method.MODEL)
 
 
@@ -51,11 +51,11 @@ def test_a_file_with_another_ending_is_for_import(tmp_path):
 def test_a_table_of_another_program_is_for_import(tmp_path, text):
     (tmp_path / "a.csv").write_text(text, encoding="latin-1")
     for reading in (lambda path: read(path), units_of):
-        with pytest.raises(RecordingError, match=r"\. Convert a file with other titles"):
+        with pytest.raises(RecordingError, match=r"\. If titles or layout"):
             reading(tmp_path / "a.csv")
     with pytest.raises(RecordingError) as raised:
         read(table().drop(columns=["force_x [N]", "moment_z [N*m]"]))
-    assert "the columns are: footpoint, force_y. Convert" in str(raised.value)
+    assert "the columns are: footpoint, force_y. If" in str(raised.value)
 
 
 def test_columns_are_converted_from_their_units():

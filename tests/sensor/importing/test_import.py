@@ -219,7 +219,7 @@ FORCE = {"force_x": "Fx [N]"}
         (
             {"time": "t [s]"},
             {},
-            ["there is no column footpoint", "if there is none, give --speed", "none of force_x"],
+            ["there is no column footpoint", "has none, give --speed", "none of force_x"],
         ),
         ({"force_x": "Fz"}, {}, ["no column Fz", "the columns are: t, x, Fx, Fy"]),
         ({"force_x": "Fx", "footpoint": "x"}, {}, ["Fx has no unit", "x has no unit"]),
@@ -237,7 +237,7 @@ FORCE = {"force_x": "Fx [N]"}
             {"moment_origin": "1 mm"},
             ["moment_origin must be two values, as in '0 mm, -20 mm'"],
         ),
-        (TITLED, {"begin": "4"}, ["from must be a time or a clamp position"]),
+        (TITLED, {"begin": "4"}, ["'from' must be a time or a clamp position"]),
         (TITLED, {"decimal": ";"}, ["decimal: input should be '.' or ','"]),
         (TITLED, {"speeed": "1"}, ["'speeed' is not a key; did you mean speed?"]),
     ],
@@ -261,7 +261,7 @@ def test_mistakes_are_named_together(columns, settings, messages):
         ({"begin": "4 m"}, "no row is left between --from and --to"),
         (
             {"tare": "0 s, 2 s"},
-            "there is no column time: .*; if there is none, give --rate '50 Hz'",
+            "there is no column time: .*; if the file has none, give --rate '50 Hz'",
         ),
     ],
 )
@@ -276,7 +276,7 @@ def test_settings_that_do_not_fit_the_file_are_refused(settings, message):
     ("time", "message"),
     [
         ([0, 1, 1, 3, 2], "line 4: time does not increase.*\n.*line 6: time does not increase"),
-        (["12:00:01"] * 5, "line 2: time must be a finite number.*, got '12:00:01'"),
+        (["12:00:01"] * 5, "line 2: time must be empty or a number.*, got '12:00:01'"),
     ],
 )
 def test_times_that_are_none_are_named(time, message):

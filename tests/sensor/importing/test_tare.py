@@ -64,7 +64,7 @@ def test_a_stated_tolerance_goes_before_that_of_the_recording(tmp_path, signals)
 
 def test_a_wrong_line_of_the_header_is_named(tmp_path, signals):
     series.write(tmp_path / "a.csv", Given(signals, {"zero_force_x": "1 ± 2 ± 3 mN"}))
-    with pytest.raises(ArgumentError, match=r"a\.csv: zero_force_x must be a force.*got .2 ± 3 mN"):
+    with pytest.raises(ArgumentError, match=r"zero_force_x of .*a\.csv must be .*got .2 ± 3 mN"):
         identified(WHISKER, tmp_path / "a.csv")
 
 

@@ -31,6 +31,7 @@ from vibrissa.sensor.identification.task import Task, in_samples, task_of
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.sensor.whisker import Whisker
+from vibrissa.wording import counted
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -99,7 +100,7 @@ def identify(
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, method, sensor)
     if len(recording) < FEWEST_SAMPLES:
-        few = f"too few rows to identify friction from: {len(recording)} usable rows"
+        few = f"too few rows to identify friction from: {counted(len(recording), 'usable row')}"
         raise RecordingError("; ".join((few, *recording.notes)))
     recording = replace(
         recording,

@@ -77,8 +77,8 @@ def check_columns(nearest: NearestStates) -> None:
     # If the rod is the wrong one, no mix-up brings the readings near to its states.
     if least[text] < min(given, float(np.median(size))) / MUCH:
         raise MixedColumnsError(
-            f"the columns seem to be mixed up: {text}. Correct that with vibrissa import "
-            "--column 'CHANNEL=TITLE [UNIT]'; a minus before the title turns the sign"
+            f"the columns or their units seem to be mixed up: {text}. Correct that by vibrissa "
+            "import --column 'CHANNEL=TITLE [UNIT]'; a minus before the title turns the sign"
         )
 
 
@@ -88,9 +88,12 @@ def _mix_ups(used: list[int]) -> Iterator[tuple[str, FloatArray]]:
     for swapped, signs in product((False, True)[: 1 + both], product((1.0, -1.0), repeat=3)):
         other = [CHANNELS[i] for i in used if signs[i] < 0.0]
         texts = ["force_x and force_y are swapped"] * swapped
-        texts += [f"{', '.join(other)} {'then ' * swapped}with the wrong sign"] if other else []
+        texts += [f"the sign of {', '.join(other)} is wrong"] if other else []
         if texts:
-            yield ", ".join(texts), np.diag(signs) @ np.eye(3)[[1, 0, 2] if swapped else [0, 1, 2]]
+            yield (
+                "; after swapping them, ".join(texts),
+                np.diag(signs) @ np.eye(3)[[1, 0, 2] if swapped else [0, 1, 2]],
+            )
     for name, channels in (("force_x and force_y", FORCES), ("moment_z", [2])):
         for factor, size in ((THOUSAND, "small"), (1.0 / THOUSAND, "large")):
             each = np.ones(3)

@@ -96,7 +96,8 @@ def _check_states(fit: Fit) -> None:
         first = fit.task.recording.line[int(blocks.row[off][0])]
         raise WrongRodError(
             f"{part:.0%} of the samples fit no state of this rod, first in line {first}: check "
-            "rod, height, columns, units, zeros, noise and the --moment-origin of vibrissa import"
+            "rod, height, columns, units, zero offsets, noise, and the --moment-origin of vibrissa "
+            "import"
         )
 
 

@@ -74,10 +74,11 @@ class PeriodStatus(StrEnum):
         The tip stuck past the lock: μ0 exceeds `low`, which is at most μ_lock. Either the tip did
         not slip, or the rod buckled laterally; rows after the buckling are not used.
     UNSURE
-        There are too few samples for the ratio of the forces: only `low` is known.
+        There are too few samples, or too small a normal force, for the ratio of the forces: only
+        `low` is known.
     BEYOND
-        The tip cannot slip where this period ends, or the period is longer than sticking can last:
-        noise must have hidden slips in it. μ0 is not known.
+        The tip cannot slip where this period ends, or the period is too long to be a single one, so
+        that noise must hide slips in it. μ0 is not known.
     """
 
     SLIP = "slip"
@@ -89,7 +90,7 @@ class PeriodStatus(StrEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Periods(Batch):
-    """Periods of sticking of a recording; each field has the shape (p,).
+    """Periods of sticking of a recording; arrays have the shape (p,) unless stated.
 
     Attributes
     ----------
@@ -107,7 +108,7 @@ class Periods(Batch):
         Static friction at the contact point, its standard deviation, and the ends of its 95 %
         interval. If only `low` is known, the others are NaN.
     common : ndarray
-        Standard deviation of μ0 due to errors that all periods share, as those of the set-up.
+        Standard deviation of μ0 due to errors that all periods share, such as those of the set-up.
     by_step : ndarray
         Standard deviation of μ0 due to the step of the stage.
     effects : ndarray, shape (p, k)
@@ -115,7 +116,7 @@ class Periods(Batch):
     checks : tuple of Check
         Reasons to doubt the friction of some periods.
     left_out : tuple of str
-        Notes, such as rows that were left out, with the reason.
+        Notes, such as which rows were left out, and why.
     """
 
     status: StrArray
@@ -186,7 +187,7 @@ class Periods(Batch):
         return replace(self, checks=(*self.checks, *checks))
 
     def ended(self, status: StrArray, least: FloatArray) -> "Periods":
-        """Set the status of each period; without a slip only a lower bound of μ0 is known.
+        """Return a copy with these statuses; without a slip at most a lower bound of μ0 is kept.
 
         Parameters
         ----------
@@ -208,7 +209,7 @@ class Periods(Batch):
         )
 
     def on_slope(self, slope: Slope) -> "Periods":
-        """Return a copy with the error due to the local slope of the surface, by its tolerance."""
+        """Return a copy in which the error of μ0 includes the tolerance of the surface's slope."""
         if not slope.deviation > 0.0:
             return self
         # If only the lower bound is known, the error is taken for this friction.

@@ -287,8 +287,8 @@ def check_forces(forces: FloatArray, noise: FloatArray) -> None:
         raise RecordingError("force_x has one value in all rows: the channel was not recorded")
     if np.median(forces[:, 1]) > -noise[1]:
         raise RecordingError(
-            "force_y is not negative: give it the other sign; it is the load of the rod on the "
-            "clamp, negative where the rod presses against the surface"
+            "force_y is not negative: its sign is wrong, or it was not recorded. It is the load of "
+            "the rod on the clamp, negative where the rod presses against the surface"
         )
 
 

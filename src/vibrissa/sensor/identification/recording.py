@@ -20,7 +20,7 @@ from vibrissa.wording import counted
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-IMPORT = "Convert a file with other titles or another layout by vibrissa import"
+IMPORT = "If titles or layout of the file differ, convert it by the command vibrissa import"
 # Least number of samples of a recording: a period and a slip.
 FEWEST_SAMPLES = 3
 # Samples over which positions and speeds of the clamp are averaged.
@@ -74,11 +74,11 @@ class Recording(Batch):
     interval : float
         Usual time from one sample to the next (s); NaN if it is not known.
     zeros : dict of str to str
-        Standard deviation of each zero that was subtracted from a channel, with its unit, as
-        stated in the header of the table; by names such as ``zero_force_x``.
+        Standard deviations, with units, of the zero offsets that were subtracted from channels, as
+        stated in the header of the table; keys such as ``zero_force_x``.
     air : tuple of float
-        Mean reading of each channel without load, dimensionless, in rows before the scan or, if
-        there are none, after it; empty if there are no rows without load.
+        Mean unloaded reading of each channel, dimensionless: over the rows before the scan or, if
+        the scan begins in the first row, after it; empty if there are no rows without load.
     air_rows : int
         Number of rows over which `air` is the mean.
     slip_rows, delay : float
@@ -110,11 +110,11 @@ class Recording(Batch):
         return self.delay * _averaged(np.gradient(self.clamp))
 
     def noted(self, *notes: str) -> Self:
-        """Add notes to the recording."""
+        """Return a copy with more notes."""
         return replace(self, notes=(*self.notes, *notes))
 
     def naming(self, rows: Index, why: str) -> Self:
-        """Return a copy with a note on rows that are left out, and the reason."""
+        """Return a copy with a note that says which rows are left out, and why."""
         return self.noted(*left_out(self.line[rows], why))
 
 
@@ -230,7 +230,7 @@ def _zeros(table: series.Table) -> dict[str, str]:
     for channel, kind in zip(CHANNELS, CHANNEL_KINDS, strict=True):
         zero = Measured.read(table.header.get(f"zero_{channel}", "0"))
         if zero.tolerance is not None:
-            zero.check(kind, f"{table.source}: zero_{channel}")
+            zero.check(kind, f"zero_{channel} of {table.source}")
             found[f"zero_{channel}"] = zero.tolerance
     return found
 

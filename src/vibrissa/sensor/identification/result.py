@@ -112,7 +112,7 @@ class Identification(Tabular):
         return self.goodness is None or self.goodness.fits
 
     def noted(self, *notes: str) -> "Identification":
-        """Add notes to the periods."""
+        """Return a copy with more notes on the periods."""
         left_out = (*self.periods.left_out, *notes)
         return replace(self, periods=replace(self.periods, left_out=left_out))
 

@@ -215,10 +215,10 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     clear = sudden[(np.abs(sudden) > FALL) & usual]
     if (clear**3).sum() < 0.0:
         raise RecordingError(
-            "the load on the clamp grows in slips instead of falling: column force_x or footpoint "
-            "has the wrong sign, or the tip slips in almost every step (sample more finely). "
-            "force_x is the force of the rod on the clamp. It is negative while the clamp moves "
-            "forward and pushes the tip"
+            "during slips the load on the clamp grows instead of falling: the sign of force_x, "
+            "moment_z or footpoint is wrong, or the tip slips in almost every step (sample more "
+            "finely). force_x and moment_z are loads of the rod on the clamp. They are negative "
+            "while the clamp moves forward and pushes the tip"
         )
     if not len(spans):
         raise RecordingError("no samples are left between the slips: give a shorter slip_time")

@@ -71,11 +71,11 @@ class FrictionSummary:
     left : dict of str to int
         Periods left out of the mean: their number for each status or grade.
     least : float
-        At one place or more, μ0 is at least this value: the largest lower bound of the periods that
-        are not graded wrong; NaN if no period has a bound.
+        Largest lower bound of μ0 among the periods that are not graded wrong: somewhere on the
+        surface μ0 is at least this large. NaN if none of these periods has a bound.
     doubtful, wrong : int
         Numbers of periods in the mean that are graded doubtful, and graded wrong. Periods graded
-        wrong are in the mean only if most periods are.
+        wrong are in the mean only if more than half of the periods with a slip are graded wrong.
     """
 
     found: "Identification" = field(repr=False)

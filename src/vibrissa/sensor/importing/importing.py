@@ -51,7 +51,7 @@ def _place(text: Any, info: ValidationInfo) -> Place:
         except ArgumentError:
             continue
     name = str(info.field_name).strip("_")
-    raise ArgumentError(f"{name} must be a time or a clamp position with its unit, got {text!r}")
+    raise ArgumentError(f"{name!r} must be a time or a clamp position with its unit, got {text!r}")
 
 
 def _two(text: Any, info: ValidationInfo, example: str = "0 s, 2 s") -> list[str]:
@@ -255,13 +255,13 @@ def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileCol
             found[target] = one
         elif target in settings.needed:
             errors.append(
-                f"there is no column {source}: name the column that is {target}, as in --column "
+                f"there is no column {source}: choose the column of {target}, as in --column "
                 f"'{target}=title [{KINDS[target].si}]'"
-                + (f"; if there is none, give {INSTEAD[target]}" if target in INSTEAD else "")
+                + (f"; if the file has none, give {INSTEAD[target]}" if target in INSTEAD else "")
             )
     if not {*found, *settings.column} & set(CHANNELS):
         errors.append(
-            f"none of {', '.join(CHANNELS)} is there: name their columns, as in --column "
+            f"none of {', '.join(CHANNELS)} is there: choose their columns, as in --column "
             "'force_x=title [N]'"
         )
     if errors:

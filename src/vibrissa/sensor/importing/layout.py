@@ -261,8 +261,8 @@ def _decimal(cells: "DataFrame", name: str) -> str:
     if groups.any() and not any(proofs.values()):
         (line, _), cell = next(iter(text[groups].items()))
         raise RecordingError(
-            f"{name}, line {line}: the sign in {cell!r} may separate decimals or thousands: "
-            "add --decimal ',' or --decimal '.', whichever separates decimals"
+            f"{name}, line {line}: the separator in {cell!r} may mark decimals or thousands: "
+            "add --decimal ',' or --decimal '.', whichever marks decimals"
         )
     return max(proofs, key=lambda sign: proofs[sign])
 
