@@ -233,7 +233,7 @@ def test_a_travel_that_no_period_of_this_rod_has_is_refused():
     with pytest.raises(ArgumentError, match="x0_max must not be negative and dx0 must be positive"):
         friction_from_travel(2.0, 0.85, 0.1, 0.0)
     with pytest.raises(
-        ArgumentError, match=r"lock of this rod is not known: the path could .* theta"
+        ArgumentError, match=r"lock of this rod is not known: the computed .* theta"
     ):
         friction_from_travel(45.0, 0.2, 0.001, 0.001)
     # Within the last step the tip may lock.
