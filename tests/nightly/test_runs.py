@@ -93,7 +93,7 @@ def test_a_table_of_another_study_is_never_used(done):
     shutil.copy(done.root / STICTION.replace("tiny", "other"), done.root / STICTION)
     status, _ = done.call()
     assert status != 0
-    told = f"{STICTION} was made from another study file, which has 'study: other'"
+    told = f"{STICTION} was made from another study file, which has the line 'study: other'"
     assert told in done.log("summary")
     done.run()
     assert done.stiction().equals(table)

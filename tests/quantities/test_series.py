@@ -115,7 +115,7 @@ def test_a_mistake_is_named_with_its_place(tmp_path, text, message):
 def test_all_wrong_cells_are_named(tmp_path, cell):
     with pytest.raises(RecordingError) as raised:
         read(tmp_path, f"a,b\n1,{cell}\n{cell},2\n", ["a", "b"])
-    must = f"must be empty or a number up to 1e+50 with a decimal point, got {cell!r}"
+    must = f"must be empty or a number such as 0.012 or 1.2e-2, at most 1e+50, got {cell!r}"
     where = f"{tmp_path / 'r.csv'}, line"
     assert str(raised.value).splitlines() == [f"{where} 2: b {must}", f"{where} 3: a {must}"]
 

@@ -131,7 +131,7 @@ def test_a_chunk_of_another_study_file_is_refused(chunk, axes, change, words):
     grid, solver = change.get("grid", "g"), change.get("solver", SOLVER)
     with pytest.raises(DamagedTableError) as error:
         list(rows_of(chunk, grid, wanted, solver))
-    assert f"was made from another study file, which has '{words}'" in str(error.value)
+    assert f"was made from another study file, which has the line '{words}'" in str(error.value)
     assert error.value.path == chunk
 
 

@@ -80,8 +80,8 @@ def test_a_table_of_another_study_file_is_refused(tables, path):
     store.write(tables["stiction"], path, "study: a\nmu0: [1]\n")
     store.need_study(path, "study: a\nmu0: [1]\n")
     for part, words in (
-        ("study: a\nmu0: [2]\n", r"which has 'mu0: \[1\]'"),
-        ("", "which has 'study: a'"),
+        ("study: a\nmu0: [2]\n", r"which has the line 'mu0: \[1\]'"),
+        ("", "which has the line 'study: a'"),
     ):
         with pytest.raises(DamagedTableError, match=f"was made from another study file, {words}"):
             store.need_study(path, part)

@@ -189,7 +189,7 @@ class Candidate:
 
     @property
     def by_step(self) -> FloatArray:
-        """Uncertainty due to the stage: the onset is uniformly distributed over a step."""
+        """Uncertainty of μ0 due to the step of the stage, in which the onset is uniform."""
         return step_deviation(self.pair.demand_slope, self.requirements.step / self.length)
 
     @property

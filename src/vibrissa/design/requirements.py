@@ -215,7 +215,7 @@ class Requirements(Keyed):
 
     @property
     def given(self) -> bool:
-        """Whether theta, eta, diameter and length have one value each: the rod is only checked."""
+        """True if theta, eta, diameter and length have one value each: then nothing is searched."""
         return all(len(getattr(self, name)) == 1 for name in SIZES)
 
     def rod_setup(self, theta: float, eta: float, diameter: float, length: float) -> Setup:

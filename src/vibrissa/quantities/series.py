@@ -256,7 +256,7 @@ def numbers(
     RecordingError
         With a line for each cell that is no finite number.
     """
-    allowed = f"up to {LARGEST:g} with a decimal {'point' if decimal == '.' else 'comma'}"
+    allowed = f"such as 0{decimal}012 or 1{decimal}2e-2, at most {LARGEST:g}"
     values, wrong = {}, []
     for name, column in columns.items():
         text = column.astype(str).fillna("").str.strip()

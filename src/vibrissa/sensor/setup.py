@@ -173,8 +173,9 @@ class Setup(Keyed):
         Raises
         ------
         ArgumentError
-            If theta or eta is missing, if the height is not below the length of the rod, if a unit
-            cannot be converted without the rod, or if a tolerance is out of range.
+            If theta or eta is missing, if the height is not below the length of the rod, if a
+            quantity has a unit but modulus, diameter or length is missing, or if a tolerance is out
+            of range.
         """
         if self.theta is None or self.eta is None:
             name = "theta" if self.theta is None else "eta"

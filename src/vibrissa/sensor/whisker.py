@@ -111,7 +111,7 @@ class Whisker:
         return responses([self])[0]
 
     def height(self, clamp: ArrayLike) -> FloatArray:
-        """Height of the surface above the clamp at positions of its stage (L)."""
+        """Height (L) of the surface above the clamp, at given positions of the clamp (L)."""
         return height_at(clamp, self.eta, self.mounting.stage_angle)
 
     def level(self, eta: float) -> "Whisker":
@@ -119,7 +119,7 @@ class Whisker:
         return replace(self, eta=eta, mounting=replace(self.mounting, stage_angle=0.0))
 
     def stage(self, positions: FloatArray) -> "Stage":
-        """Solve the response at all heights that the stage passes.
+        """Solve the response at all heights η that the clamp reaches on its stage.
 
         Parameters
         ----------
@@ -129,8 +129,8 @@ class Whisker:
         Raises
         ------
         NoResponseError
-            If the sticking curve cannot be solved at one of the heights, or a height is too close
-            to 0 or to 1.
+            If the sticking curve cannot be solved at one of these heights, or η comes too close to
+            0 or to 1.
         """
         from vibrissa.sensor.response.heights import Stage, respond_over
 

@@ -106,7 +106,7 @@ class Onset:
         Number of steps from α = 0 to the last step at which the tip sticks; None without dx0 or
         without an onset.
     x0_max : float
-        Displacement at this step, the paper's x0,max (L); NaN without dx0 or without an onset.
+        Displacement after `n_steps` steps, the paper's x0,max (L); NaN where `n_steps` is None.
     mu_lock : float
         Friction coefficient above which the tip is self-locking.
     slip : StickingState
@@ -119,7 +119,7 @@ class Onset:
         Last sticking state after lateral buckling, when the rod trails behind the clamp; NaN if
         the rod does not buckle. Its x0 counts from the α = 0 state in which the period began.
     residual : float
-        Largest equilibrium residual of the curve.
+        Largest equilibrium residual of the sticking curve.
     """
 
     status: Status

@@ -125,5 +125,5 @@ def need_study(path: str | Path, study_part: str) -> None:
     found = metadata(path).get(STUDY, "")
     if found != study_part:
         others = [line for line in found.splitlines() if line not in study_part.splitlines()]
-        has = f"'{others[0].strip()}'" if others else "fewer entries"
+        has = f"the line '{others[0].strip()}'" if others else "fewer entries"
         raise DamagedTableError(path, f"was made from another study file, which has {has}")
