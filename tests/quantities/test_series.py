@@ -100,7 +100,7 @@ def test_a_frame_has_units_in_its_titles_or_beside_them():
         ("a,b\n1,2,3\n", "r.csv, line 2: 3 values, but line 1 has 2"),
         ("a [N],b,a [m]\n1,2,3\n", "r.csv: column a occurs twice"),
         (b"a\n\xff\n", "r.csv: not a text file in UTF-8"),
-        ('a\n"1"2\n', "r.csv, line 2: ',' expected after '\"'"),
+        ('a\n"1"2\n', "r.csv, line 2: unpaired quotes (',' expected after '\"')"),
     ],
 )
 def test_a_mistake_is_named_with_its_place(tmp_path, text, message):

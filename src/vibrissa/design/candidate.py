@@ -189,7 +189,7 @@ class Candidate:
 
     @property
     def by_step(self) -> FloatArray:
-        """Uncertainty of μ0 due to the step of the stage, in which the onset is uniform."""
+        """Uncertainty of μ0 due to the step of the stage."""
         return step_deviation(self.pair.demand_slope, self.requirements.step / self.length)
 
     @property
@@ -272,13 +272,13 @@ class Candidate:
         )
 
     def parts(self) -> list[TolerancePart]:
-        """List by how much the largest uncertainty of μ0 falls if one tolerance alone is halved.
+        """List the decrease of the largest uncertainty of μ0 if one tolerance alone is halved.
 
         C is the covariance of the fitted parameters, and D their effect on μ0
-        (`vibrissa.design.pairs`). Let k be the parameters to which one tolerance applies, and S
-        their covariance before the fit. Halving the tolerance is like measuring k once more, with
-        covariance S/3. It lowers the variance D·C·Dᵀ of μ0 by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ. Here
-        Cₖ are the columns of C for k, and Cₖₖ the rows of Cₖ for k.
+        (`vibrissa.design.pairs`). Let P be the parameters to which one tolerance applies, S their
+        covariance before the fit, Cₚ the columns of C for P, and Cₚₚ the rows of Cₚ for P. Halving
+        the tolerance is like one more measurement of P, with covariance S/3. It lowers the variance
+        D·C·Dᵀ of μ0 by D·Cₚ·(S/3 + Cₚₚ)⁻¹·Cₚᵀ·Dᵀ.
         """
         if not np.isfinite(self.largest):
             return []

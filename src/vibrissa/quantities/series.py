@@ -318,7 +318,7 @@ def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame
         try:
             rows += csv.reader([line], delimiter=separator, strict=True)
         except csv.Error as error:
-            raise RecordingError(f"{source}, line {number}: {error}") from None
+            raise RecordingError(f"{source}, line {number}: unpaired quotes ({error})") from None
     others = [
         f"{source}, line {number}: {counted(len(row), 'value')}, but line {lines.index[0]} has "
         f"{len(rows[0])}"

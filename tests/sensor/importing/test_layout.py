@@ -115,7 +115,7 @@ def test_a_leading_zero_is_before_decimals():
         ),
         (
             lambda lines: [*lines, *lines[1:], '0,05;"1;2', *lines[1:]],
-            "line 10: unexpected end of data",
+            "line 10: unpaired quotes",
         ),
         (lambda lines: [*lines, "lost;a;b", *lines[1:], *lines[1:]], "line 6: .* got 'lost'"),
     ],

@@ -77,8 +77,8 @@ class PeriodStatus(StrEnum):
         There are too few samples, or too small a normal force, for the ratio of the forces: only
         `low` is known.
     BEYOND
-        The tip cannot slip where this period ends, or the period is too long to be a single one, so
-        that noise must hide slips in it. μ0 is not known.
+        The period seems to end where the tip cannot slip, or it is too long to be a single one:
+        noise has hidden slips. μ0 is not known.
     """
 
     SLIP = "slip"

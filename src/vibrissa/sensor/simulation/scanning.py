@@ -107,8 +107,8 @@ class SurfaceScan(Batch):
     contact : ndarray, shape (n,)
         Position of the tip, which is the contact point in point contact (L).
     x0 : ndarray, shape (n,)
-        Displacement of the clamp along the surface (L), from the clamp position at which α would be
-        0 with the tip at the same place and height, and on the same side of the clamp (`side`).
+        Displacement of the clamp along the surface (L), from the α = 0 state with the same
+        `contact`, the same `side`, and the same height of the surface above the clamp.
     reactions : ndarray, shape (n, 3)
         Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L).
     mu0 : ndarray, shape (n,)
