@@ -92,8 +92,9 @@ def claims() -> str:
     rows = []
     for key, value in study_schema()["$defs"]["Claims"]["properties"].items():
         needs = [
-            f"{axis} = {spell_values(values)}{' only' * (axis in Claims.setup)}"
+            f"{axis} = {spell_values(values)}{' only' * (len(values) == 1)}"
             for axis, values in Claims.needed[key].items()
+            if values != (0.0,)  # the axes of the mounting
         ]
         rows.append((f"`{key}`", value["description"], "; ".join(needs)))
     return markdown_table(("key", "description", "values that the data must have"), rows)

@@ -24,6 +24,11 @@ def test_what_a_build_recorded_counts(monkeypatch, tmp_path):
     assert commit() == "0123456789-dirty"
 
 
+def test_every_source_of_the_package_is_in_its_digest():
+    files = {path.suffix for path in provenance._PACKAGE.rglob("*") if path.is_file()}
+    assert files - {".pyc", ".typed", ".ts", ".json"} == set(provenance.SOURCES)
+
+
 @pytest.fixture
 def clone(tmp_path, monkeypatch):
     """A clone of a project that has the files of this one, with little in them."""

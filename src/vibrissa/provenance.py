@@ -7,8 +7,8 @@ from pathlib import Path
 _PACKAGE = Path(__file__).parent
 # File in the package that records the commit; hatch_build.py writes it into a wheel.
 COMMIT_FILE = "commit.txt"
-# Suffixes of the package's sources, including those of web pages.
-SOURCES = (".py", ".html", ".css", ".js")
+# Suffixes of the package's sources, including web pages and tables of data.
+SOURCES = (".py", ".toml", ".yaml", ".html", ".css", ".js")
 # Paths in the clone on which results may depend. Study files are left out: each table stores the
 # text of its own.
 CODE = (
@@ -42,9 +42,9 @@ def digest(*parts: str) -> str:
     """Compute a digest of source files, so that a job can depend on them.
 
     It covers the modules directly in the package, and the subpackages or modules named by `parts`,
-    such as ``study`` or ``study/axes.py``. Without `parts` it covers the whole package.
+    such as ``study`` or ``study/axes.py``.
     """
-    wanted = {_PACKAGE / part for part in parts} or {_PACKAGE}
+    wanted = {_PACKAGE / part for part in parts}
     total = hashlib.sha256()
     for path in sorted(_PACKAGE.rglob("*")):
         is_wanted = path.parent == _PACKAGE or wanted & {path, *path.parents}

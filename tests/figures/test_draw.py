@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 import pytest
 from matplotlib.colors import to_hex
@@ -186,6 +187,17 @@ def test_period_figure_shows_the_first_period_of_sticking(mu0):
     assert np.array_equal(begin[:, 0], found["shape_x"].iloc[0])
     assert np.array_equal(end[:, 0], found["shape_x"].iloc[-1])
     assert "last sticking state" in legend_of(figure)
+
+
+def test_a_scan_without_a_result_is_named_beside_the_others():
+    for kind in ("scan", "period"):
+        figure = draw(kind, scans(), {"scan": "runs", "mu0": [0.3]})
+        assert len(figure.axes) == 2 and r"no result: $\theta = 1$" in legend_of(figure)
+
+
+def test_a_scan_may_have_many_panels():
+    rows = pd.concat([ROWS["scan"](1).assign(theta=theta) for theta in range(1, 8)])
+    assert KINDS["scan"].plot(rows).axes[6].texts[0].get_text().startswith("(g)")
 
 
 def test_state_figure_shows_shape_contact_and_clamp_to_scale():

@@ -250,12 +250,13 @@ def test_tables_have_some_rows_and_say_once_what_is_the_same(study_tables):
     scans = {column.name: column.cells for column in by_title["Scans"].columns}
     assert all(" … " in cell for cell in scans["reaction_fx"])
     assert "cycle = 9" in by_title["Scans"].note and "clamp_angle" not in by_title["Scans"].note
-    mounted = pa.concat_tables(
-        [study_tables["scans"], changed(study_tables["scans"], stage_angle=0.1)]
-    )
+    table = study_tables["scans"]
+    bent = changed(table, curvature_powers="0.6")
+    mounted = pa.concat_tables([table, changed(table, stage_angle=0.1), bent])
     (scans,) = tables.sections({"scans": mounted})
     cells = {column.name: column.cells for column in scans.columns}
-    assert cells["stage_angle"] == ["0"] * 6 + ["0.1"] * 6
+    assert cells["stage_angle"] == ["0"] * 6 + ["0.1"] * 6 + ["0"] * 6
+    assert cells["curvature_powers"] == ["–"] * 12 + ["0.6"] * 6
 
 
 @pytest.mark.parametrize(

@@ -24,16 +24,6 @@ from vibrissa.sticking.solving import collocation
 STEPS = st.sampled_from(["0.0005", "0.001", "0.004"]).map(float)
 
 
-def test_figure_8_state():
-    state = solve_state(theta=1, eta=0.55, x1=0.15)
-    assert state.status is Status.SOLVED
-    assert state.f == pytest.approx(22.983, abs=5e-4)
-    assert np.tan(state.alpha) == pytest.approx(-0.805, abs=5e-4)
-    assert state.phi1 == pytest.approx(-0.495, abs=5e-4)
-    assert state.penetrates
-    assert state.shape()[1].max() == pytest.approx(0.6175, abs=5e-5)
-
-
 @pytest.mark.parametrize("theta", [1.0, 2.5, 4.0])
 def test_a_state_lies_on_its_sticking_curve(theta):
     curve = solve_curve(theta, 0.85)

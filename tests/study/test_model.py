@@ -207,6 +207,7 @@ WRONG = {
         "8: grids.main.theta[1]",
         "0.99 is not allowed: input should be greater than or equal to 1",
     ),
+    "theta 51": ("[1, 2.5]", "[1, 51]", "8: grids.main.theta[1]", "less than or equal to 50"),
     "theta text": ("[1, 2.5]", "[thin]", "8: grids.main.theta[0]", "'thin'"),
     "theta true": ("[1, 2.5]", "[true]", "8: grids.main.theta[0]", "True"),
     "theta list": ("[1, 2.5]", "[[1]]", "8: grids.main.theta[0]", "[1] is not allowed"),
@@ -232,6 +233,7 @@ WRONG = {
     "unknown grid": ("grid: main, cap", "grid: x, cap", "24: figures.taper.grid", "'x' is not"),
     "foreign theta": (", theta: 2.5", ", theta: 2", "25: figures.friction.theta", "has 1, 2.5"),
     "taper theta": ("caption:", "theta: [1, 9], caption:", "24: figures.taper.theta", "9 is not"),
+    "part": ("Some words.", "'{theta[a]}'", "24: figures.taper.caption", "placeholder is wrong"),
     "placeholder": (
         "Some words.",
         "'{tau}'",
@@ -336,11 +338,42 @@ def test_mountings_are_refused_where_nothing_solves_or_shows_them(read):
     assert any("lists of coefficients" in one for one in mistakes(read, MOUNTED + change))
 
 
+def test_states_in_one_figure_have_one_surface(read):
+    states = "states: {a: {theta: 1, eta: 0.5, x1: 0.2}, b: {theta: 1, eta: 0.6, x1: 0.2}}\n"
+    (told,) = mistakes(read, SMALLEST + states + "figures: {f: {kind: state, state: [a, b]}}\n")
+    assert "states of one eta" in told
+
+
+@pytest.mark.parametrize(
+    ("kind", "angles", "words"),
+    [
+        ("mounting", 1, "clamp_angle has 1; allowed: two values or more"),
+        ("change", 1, "clamp_angle has 1; allowed: two values, one of them 0"),
+        ("change", "[0, 0.5, 1]", "clamp_angle has 0, 0.5, 1; allowed: two values, one of them 0"),
+        ("versus", "[0, 1]", "versus needs two values of theta or more"),
+    ],
+)
+def test_a_figure_over_a_mounting_needs_values_to_compare(read, kind, angles, words):
+    data = MOUNTED.replace("[-0.1, [0, -0.3]]", "[0]").replace("[0, 1]", "[0, 0.5, 1]")
+    text = data + "figures: {f: {kind: change, grid: g, over: clamp_angle, clamp_angle: [0, 1]}}\n"
+    assert read(text).figures
+    (told,) = mistakes(
+        read, edited(("change", kind), ("clamp_angle: [0, 1]", f"clamp_angle: {angles}"), text=text)
+    )
+    assert words in told
+
+
 def test_claims_need_the_papers_points_and_say_what_to_remove(read):
     text = (ROOT / "config.yaml").read_text().replace("mu0: [0.2, 0.3, 0.4]", "mu0: [0.2, 0.3]")
     (told,) = mistakes(read, text)
     assert "claims.taper" in told and "need 0.2, 0.3, 0.4" in told
     assert told.endswith("or remove the optional key `claims`")
+    for old, new, needed in (
+        ("theta: [2]", "theta: [2, 3]", "theta = 2, 3, but the paper's statements need 2 alone"),
+        ("theta: [2]", "theta: [2]\n    clamp_angle: [0.1]", "clamp_angle = 0.1, but"),
+    ):
+        text = (ROOT / "config.yaml").read_text().replace(old, new, 1)
+        assert any(needed in one for one in mistakes(read, text))
     (told,) = mistakes(read, (ROOT / "config.yaml").read_text().replace("point", "line", 1))
     assert "remove the optional key `claims`" in told
 

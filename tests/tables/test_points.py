@@ -107,7 +107,7 @@ def chunk(tmp_path, axes, table):
 
 def rows_of(path, grid, axes, solver):
     part = Chunk(grid=grid, axes=axes).part(solver)
-    return query.parts(query.opened(path, STICTION, part), STICTION.names)
+    return query.batches(query.opened(path, STICTION, part), STICTION.names)
 
 
 def test_the_file_of_a_chunk_is_read_as_it_was_written(chunk, axes, table):

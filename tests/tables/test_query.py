@@ -53,7 +53,7 @@ def test_what_is_read_of_a_table_is_what_was_asked_for(long_table):
     where = query.one_of("theta", [0.5, 4]) & query.one_of("mu0", [1]) & query.one_of("grid", ["g"])
     for table in in_file_and_in_memory(long_table):
         assert query.frame(table, ("mu0", "status", "eta"), where).equals(wanted)
-        read = list(query.parts(table, ("mu0", "status", "eta"), where))
+        read = list(query.batches(table, ("mu0", "status", "eta"), where))
         assert pa.concat_tables(read).to_pandas().equals(wanted)
         assert len(query.rows(table, ["mu0"], query.one_of("grid", ["other"]))) == 0
         assert len(query.rows(table, ["mu0"], query.one_of("theta", [9]))) == 0
@@ -62,7 +62,7 @@ def test_what_is_read_of_a_table_is_what_was_asked_for(long_table):
 
 def test_a_table_is_read_in_parts_with_its_units(long_table):
     table = query.opened(long_table, STICTION)
-    read = list(query.parts(table, ["eta"]))
+    read = list(query.batches(table, ["eta"]))
     assert len(read) == 4 and pa.concat_tables(read).equals(query.rows(table, ["eta"]))
     assert table.schema.field("eta").metadata == STICTION.field("eta").metadata
     assert table.schema.metadata[b"vibrissa.study"] == b"the study"
@@ -109,7 +109,7 @@ def test_a_table_that_is_damaged_while_it_is_read_is_named(long_table):
     data = bytearray(long_table.read_bytes())
     data[len(data) // 2 - 3000 : len(data) // 2] = bytes(3000)
     long_table.write_bytes(data)
-    for read in (query.rows, lambda *asked: list(query.parts(*asked))):
+    for read in (query.rows, lambda *asked: list(query.batches(*asked))):
         with pytest.raises(DamagedTableError, match=f"{long_table} cannot be read") as error:
             read(table, STICTION.names)
         assert error.value.path == long_table

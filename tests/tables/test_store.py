@@ -156,14 +156,14 @@ def test_a_failed_write_leaves_the_old_table(tables, path):
         raise OSError(28, "No space left on device")
 
     with pytest.raises(OSError, match="No space"):
-        store.write_parts(parts(), STICTION, path)
+        store.write_batches(parts(), STICTION, path)
     assert path.read_bytes() == before and len(list(path.parent.iterdir())) == 1
 
 
 def test_long_tables_are_written_in_row_groups(path):
     axes = made_tables.grid(mu0=tuple(0.1 + i * 1e-6 for i in range(40_000)))
     table = made_tables.points("g", axes)
-    store.write_parts([table.slice(0, 7), table.slice(7)], STICTION, path)
+    store.write_batches([table.slice(0, 7), table.slice(7)], STICTION, path)
     assert pq.read_metadata(path).num_row_groups == 3
     assert store.read(path, STICTION).equals(table)
 

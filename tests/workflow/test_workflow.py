@@ -186,7 +186,7 @@ def test_points_that_fail_are_counted_and_with_strict_end_the_run(copied):
     ("old", "new", "words"),
     [
         ("[1.5, 2]", "[0.5, 2]", "tiny.yaml:5: grids.main.theta[0]: 0.5 is not allowed"),
-        ("figures:", "figure:", "'figure' is not a valid key; allowed: "),
+        ("study: tiny", "", "tiny.yaml: missing 'study'"),
     ],
 )
 def test_a_mistake_stops_before_any_work(fresh, old, new, words):

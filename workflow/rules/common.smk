@@ -38,7 +38,7 @@ if not workflow.configfiles:  # with a file given, this directive would merge bo
 
 STUDY_FILE = places.near(Path(workflow.configfiles[-1]))
 try:
-    if name_in(STUDY_FILE):
+    if name_in(STUDY_FILE) or "study" not in config:
         STUDY = read_study(STUDY_FILE, workflow.config_settings.config)
     else:  # included as a module: the other workflow's config is the study
         STUDY = read_study(None, config)
@@ -49,15 +49,14 @@ except StudyError as error:
 
 # Settings of the solver, and digests of the code. They are `params` of rules: when they change,
 # Snakemake runs these rules again.
-SOLVER = {
-    "contact": STUDY.contact.value,
-    "section": STUDY.section.value,
-    "method": STUDY.method.value,
-}
+SOLVER = {"contact": STUDY.contact, "section": STUDY.section, "method": STUDY.method}
 SOLVING_CODE = digest(
     "numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.py", "tables"
 )
-ALL_CODE = digest()
+STUDY_CODE = digest(
+    *("numerics", "mechanics", "sticking", "study", "tables"),
+    *("figures", "paper", "report", "explorer"),
+)
 
 
 wildcard_constraints:

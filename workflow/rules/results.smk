@@ -28,7 +28,7 @@ rule figures:
     params:
         figures=FIGURES,
         study_parts=STUDY_PARTS,
-        code=ALL_CODE,
+        code=STUDY_CODE,
     message:
         "drawing the figures"
     script:
@@ -54,7 +54,7 @@ rule claims:
         method=STUDY.method.value,
         names=dict(STUDY.claims or {}),
         study_parts=STUDY_PARTS,
-        code=ALL_CODE,
+        code=STUDY_CODE,
     message:
         "judging the paper's statements"
     script:
@@ -77,7 +77,7 @@ rule summary:
     params:
         strict=STUDY.strict,
         study_parts=STUDY_PARTS,
-        code=ALL_CODE,
+        code=STUDY_CODE,
     message:
         "counting rows by status"
     script:
@@ -105,7 +105,7 @@ rule report:
         figures=FIGURES,
         study_file=(STUDY_FILE.name, STUDY.text),
         study_parts=STUDY_PARTS,
-        code=ALL_CODE,
+        code=STUDY_CODE,
     message:
         "writing the report"
     script:

@@ -19,7 +19,8 @@ rule chunk:
         grid=lambda wildcards: STUDY.chunks[wildcards.chunk].grid,
         axes=lambda wildcards: STUDY.chunks[wildcards.chunk].axes,
         solver=SOLVER,
-        part=lambda wildcards: STUDY.chunks[wildcards.chunk].part(SOLVER),
+        # Stored in the file: rule `stiction` refuses a chunk of another study file.
+        study_part=lambda wildcards: STUDY.chunks[wildcards.chunk].part(SOLVER),
         code=SOLVING_CODE,
     message:
         "solving {wildcards.chunk}"

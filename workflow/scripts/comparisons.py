@@ -6,8 +6,8 @@ from vibrissa.tables import records, schemas, store
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
-    parts = (
+    batches = (
         records.comparison_table(name, compare(**axes), params.study)
         for name, axes in params.comparisons.items()
     )
-    store.write_parts(parts, schemas.COMPARISONS, snakemake.output[0], params.study_part)
+    store.write_batches(batches, schemas.COMPARISONS, snakemake.output[0], params.study_part)

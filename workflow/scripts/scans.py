@@ -1,6 +1,5 @@
 """Move the clamp step by step through all scans."""
 
-from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.pipeline import jobs
 from vibrissa.sticking.cycles import stick_slip
 from vibrissa.study.chunks import points_of
@@ -10,11 +9,10 @@ from vibrissa.tables.rods import solve
 
 def tables(params):
     """Yield the table of each scan."""
-    method, contact = Solver(params.solver["method"]), Contact(params.solver["contact"])
-    section = RodSection(params.solver["section"])
+    method, contact = params.solver["method"], params.solver["contact"]
     for name, (axes, cycles) in params.scans.items():
         points = points_of(axes)
-        curves = solve(points, method=method, contact=contact, section=section)
+        curves = solve(points, **params.solver)
         for point, curve in zip(points, curves, strict=True):
             found = stick_slip(curve, point["mu0"], point["dx0"], cycles, contact=contact)
             print(name, *point.values(), found.status, found.message)
@@ -23,4 +21,4 @@ def tables(params):
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
-    store.write_parts(tables(params), schemas.SCANS, snakemake.output[0], params.study_part)
+    store.write_batches(tables(params), schemas.SCANS, snakemake.output[0], params.study_part)

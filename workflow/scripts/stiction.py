@@ -5,11 +5,11 @@ from vibrissa.tables import query, schemas, store
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
-    parts = (
-        part
+    batches = (
+        batch
         for path, chunk_part in zip(snakemake.input, params.chunk_parts, strict=True)
-        for part in query.parts(
+        for batch in query.batches(
             query.opened(path, schemas.STICTION, chunk_part), schemas.STICTION.names
         )
     )
-    store.write_parts(parts, schemas.STICTION, snakemake.output[0], params.study_part)
+    store.write_batches(batches, schemas.STICTION, snakemake.output[0], params.study_part)

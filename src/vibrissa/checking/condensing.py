@@ -65,7 +65,7 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
 def _without_shapes(table: Readable) -> pd.DataFrame:
     """Replace the coordinates of each shape by its middle point and its largest height."""
     parts = []
-    for part in query.parts(table, table.schema.names):
+    for part in query.batches(table, table.schema.names):
         rows = to_pandas(part)
         for axis in "xy":
             shapes = rows.pop(f"shape_{axis}")

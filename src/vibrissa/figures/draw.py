@@ -110,7 +110,9 @@ def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
         scales = {f"{axis}scale": "log" for axis in axes.get("log", ())}
         # Set last, so that the study file overrides the limits that a kind sets.
         limits = {f"{axis}lim": axes[axis] for axis in "xy" if axis in axes}
-        figure.axes[0].set(**scales | limits)
+        # A figure that is a message has no axes.
+        for first in figure.axes[:1]:
+            first.set(**scales | limits)
 
 
 def _failure(rows: pd.DataFrame) -> Figure:

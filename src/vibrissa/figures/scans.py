@@ -22,17 +22,19 @@ def scan(rows: pd.DataFrame) -> Figure:
 @kind("period", columns=(*SCAN, *SHAPES))
 def period(rows: pd.DataFrame) -> Figure:
     """Shapes of scans in the first period of sticking, a panel for each θ (paper Figure 3)."""
-    return _figure(rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")], 1.2)
+    first = (rows["cycle"] == 1) & (rows["phase"] == "stick")
+    return _figure(rows[first | rows["footpoint"].isna()], 1.2)
 
 
 def _figure(rows: pd.DataFrame, linewidth: float) -> Figure:
-    """Draw a panel for each θ."""
-    scans = [steps.sort_values("footpoint") for _, steps in rows.groupby("theta")]
+    """Draw a panel for each θ; the legend names each θ without a result."""
+    solved = rows[rows["footpoint"].notna()]
+    scans = [steps.sort_values("footpoint") for _, steps in solved.groupby("theta")]
     figure, panels, is_narrow = shapes.panels(scans)
     for i, (panel, steps) in enumerate(zip(panels, scans, strict=True)):
         _draw(panel, steps, linewidth)
         if len(scans) > 1:
-            text = rf"({'abcdef'[i]}) $\theta = {steps['theta'].iloc[0]:g}$"
+            text = rf"({chr(ord('a') + i)}) $\theta = {steps['theta'].iloc[0]:g}$"
             panel.text(1.0, 0.03, text, transform=panel.transAxes, ha="right")
     for label, color, width in (
         (r"$\alpha = 0$: sticking begins", START, linewidth),
@@ -40,6 +42,8 @@ def _figure(rows: pd.DataFrame, linewidth: float) -> Figure:
         ("last sticking state", END, linewidth),
     ):
         style.mean(panels[0], label, color=color, linewidth=width)
+    for theta in sorted(set(rows["theta"]) - set(solved["theta"])):
+        style.no_result(panels[0], rf"$\theta = {theta:g}$")
     style.legend(figure, beside=is_narrow)
     return figure
 

@@ -36,7 +36,7 @@ def state(rows: pd.DataFrame) -> Figure:
     if solved["penetrates"].any():
         style.mean(panel, "passes through the surface", **HOLLOW)
     for name in rows["state"][rows["status"] != "solved"]:
-        style.mean(panel, f"no result: {name}", marker="x", color="black", linestyle="none")
+        style.no_result(panel, name)
     panel.plot(0, 0, "s", color="black", markersize=5)
     style.legend(figure, beside=is_narrow, **({} if is_narrow else {"ncols": 1}))
     if not are_named:

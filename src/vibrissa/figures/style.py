@@ -111,6 +111,11 @@ def mean(panel: Axes, label: str, **look: Any) -> None:
     panel.plot([], [], label=label, **look)
 
 
+def no_result(panel: Axes, name: str) -> None:
+    """Name in the legend what has no result."""
+    mean(panel, f"no result: {name}", marker="x", color="black", linestyle="none")
+
+
 def from_zero(panel: Axes) -> None:
     """Let the ordinate begin at zero, with room for the mark of a single point."""
     panel.update_datalim([(0.0, 0.0)], updatex=False)

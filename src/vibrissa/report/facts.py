@@ -38,7 +38,7 @@ def summary(found: Mapping[str, Readable]) -> dict[str, str]:
         largest
         for name in ("stiction", "states")
         if name in found
-        for part in query.parts(found[name], ["residual"])
+        for part in query.batches(found[name], ["residual"])
         if (largest := pc.max(part.column("residual")).as_py()) is not None
     ]
     return facts | ({"largest residual": spell(max(residuals), 2)} if residuals else {})

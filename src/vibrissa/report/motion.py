@@ -10,8 +10,8 @@ import yaml
 from vibrissa.explorer.page import IDEAL, MOUNTED, PAPER, Preset, Recording, fits
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.report.spelling import symbol
-from vibrissa.report.tables import POINT, SCAN
-from vibrissa.study.axes import MOUNTING_AXES
+from vibrissa.report.tables import MOUNTING, POINT, SCAN
+from vibrissa.study.axes import MOUNTING_AXES, in_list
 from vibrissa.tables import query
 from vibrissa.tables.query import Readable
 from vibrissa.wording import counted, figure_name
@@ -53,7 +53,7 @@ def _solved(scans: Readable) -> list[pd.DataFrame]:
     """Split the rows by scan; omit scans without a result."""
     rows = query.frame(scans, scans.schema.names)
     rows = rows[rows["footpoint"].notna()]
-    groups = rows.groupby([*SCAN, *MOUNTING_AXES, "curvature_powers"], sort=False, dropna=False)
+    groups = rows.groupby([*SCAN, *MOUNTING], sort=False, dropna=False)
     return [scan for _, scan in groups]
 
 
@@ -90,6 +90,6 @@ def _figure_of(scan: pd.Series, figures: Selections) -> str:
         name: len(selection)
         for name, selection in figures.items()
         if "scan" in selection
-        and all(scan[key] in np.atleast_1d(values) for key, values in selection.items())
+        and all(scan[key] in in_list(values) for key, values in selection.items())
     }
     return max(showing, key=showing.__getitem__, default=figure_name(str(scan["scan"])))

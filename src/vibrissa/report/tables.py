@@ -19,6 +19,7 @@ DECIMALS = 9
 
 POINT = ("theta", "mu0", "eta", "dx0")
 SCAN = ("scan", *POINT)
+MOUNTING = (*MOUNTING_AXES, "curvature_powers")
 REACTIONS = ("reaction_fx", "reaction_fy", "reaction_m")
 # Title and columns of each table that is shown.
 SHOWN = {
@@ -78,14 +79,14 @@ def sections(found: Mapping[str, Readable]) -> list[Section]:
         if name not in SHOWN or not query.count(table):
             continue
         title, columns = SHOWN[name]
-        mounting = [axis for axis in MOUNTING_AXES if axis in table.schema.names]
+        mounting = [axis for axis in MOUNTING if axis in table.schema.names]
         if name == "scans":
             note = "cycle, x0: largest value; loads on the clamp: smallest and largest value."
             rows = _scans(table, (*columns, *mounting))
         else:
             note = ""
             rows = query.spaced(table, (*columns, *mounting), MOST_ROWS)
-        columns = (*columns, *(axis for axis in mounting if rows[axis].any()))
+        columns = (*columns, *(axis for axis in mounting if {*rows[axis].dropna()} - {0.0}))
         shown.append(_section(table, rows, columns, title, note))
     return shown
 
@@ -95,7 +96,7 @@ def _scans(table: Readable, columns: Sequence[str]) -> pd.DataFrame:
     rows = query.frame(table, columns)
     loads = {name: _range for name in REACTIONS}
     kept = {"status": "first", "cycle": "max", "x0": "max", **loads}
-    scans = rows.groupby([*SCAN, *MOUNTING_AXES], sort=False).agg(kept)
+    scans = rows.groupby([*SCAN, *MOUNTING], sort=False, dropna=False).agg(kept)
     return scans.reset_index().head(MOST_ROWS)
 
 

@@ -40,7 +40,8 @@ def in_list(written: Any) -> Any:
 
 _NO_FLAG = BeforeValidator(_no_flag)
 _Number: TypeAlias = Annotated[FiniteFloat, _NO_FLAG]
-Theta: TypeAlias = Annotated[FiniteFloat, Field(ge=1), _NO_FLAG]
+# The largest taper is that of `vibrissa.sticking.api`.
+Theta: TypeAlias = Annotated[FiniteFloat, Field(ge=1, le=50), _NO_FLAG]
 Eta: TypeAlias = Annotated[FiniteFloat, Field(gt=0, lt=1), _NO_FLAG]
 _Positive: TypeAlias = Annotated[FiniteFloat, Field(gt=0), _NO_FLAG]
 _NotNegative: TypeAlias = Annotated[FiniteFloat, Field(ge=0), _NO_FLAG]

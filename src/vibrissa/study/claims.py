@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.study.axes import Values, spell_values
+from vibrissa.study.axes import MOUNTING_AXES, Values, spell_values
 from vibrissa.study.figures import unknown_name
 from vibrissa.study.sections import Mistakes, Section
 
@@ -17,8 +17,11 @@ REMEDY = "or remove the optional key `claims`"
 class Claims(Section):
     """The grids, the scan and the state by which the paper's statements are judged."""
 
-    # The paper has one value of each; other values are not allowed.
-    setup: ClassVar[dict[str, Values]] = {"eta": (0.85,), "dx0": (0.001,)}
+    setup: ClassVar[dict[str, Values]] = {
+        **{"eta": (0.85,), "dx0": (0.001,)},
+        **dict.fromkeys(MOUNTING_AXES, (0.0,)),
+    }
+    # If the paper has one value of an axis, further values are not allowed.
     needed: ClassVar[dict[str, dict[str, Values]]] = {
         "taper": {"theta": (1.0, 2.0, 3.0), "mu0": (0.2, 0.3, 0.4), **setup},
         "friction": {"theta": (2.0,), **setup},
@@ -45,11 +48,11 @@ class Claims(Section):
                 mistakes.add(f"{unknown_name(name, source, data)}, {REMEDY}", key)
                 continue
             for axis, values in needed.items():
-                found = data[name].axes[axis]
-                if set(values) - set(found) or (axis in self.setup and len(found) > 1):
+                found, alone = data[name].axes[axis], len(values) == 1
+                if set(values) - set(found) or (alone and len(found) > 1):
                     mistakes.add(
                         f"{name!r} has {axis} = {spell_values(found)}, but the paper's statements "
-                        f"need {spell_values(values)}{' alone' * (axis in self.setup)}; change "
+                        f"need {spell_values(values)}{' alone' * alone}; change "
                         f"{axis} of {name!r}, {REMEDY}",
                         key,
                     )

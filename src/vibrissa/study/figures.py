@@ -208,9 +208,11 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
                 mistakes.add(unknown_name(name, self.source, sections), self.source)
                 return mistakes
             self._check_data(mistakes, name, sections[name].axes)
+        if self.kind == "state" and len({sections[name].eta for name in self.names}) > 1:
+            mistakes.add("a figure of kind state shows states of one eta", "state")
         try:
             self.caption_of(sections)
-        except (LookupError, ValueError, AttributeError) as error:
+        except (LookupError, ValueError, AttributeError, TypeError) as error:
             allowed = ", ".join(f"{{{axis}}}" for axis in sections[self.names[0]].axes)
             text = f"a placeholder is wrong ({error}); allowed: {allowed}; for a brace write {{{{"
             mistakes.add(text, "caption")
@@ -231,15 +233,22 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
                     f"a figure of kind {self.kind} shows one value of {axis}, but {has}; "
                     f"set {axis} to one of them"
                 )
-        over = axes.get(self.over or "", ())
-        is_pair = len(over) == 2 and 0.0 in over
-        if any(isinstance(value, tuple) for value in over):
-            mistakes.add(
-                f"the data have lists of coefficients for {self.over}; allowed: numbers", "over"
-            )
-        elif self.kind == "change" and not is_pair:
-            text = f"{self.over} has {spell_values(over)}; allowed: two values, one of them 0"
-            mistakes.add(text, "over")
+        if self.over:
+            self._check_over(mistakes, getattr(self, self.over) or axes[self.over])
+        if self.kind == "versus" and len(self.theta or axes["theta"]) < 2:
+            mistakes.add("versus needs two values of theta or more", "theta")
+
+    def _check_over(self, mistakes: Mistakes, shown: Values) -> None:
+        """Find values of the axis `over` that the kind cannot show."""
+        if any(isinstance(value, tuple) for value in shown):
+            text = f"{self.over} has lists of coefficients; allowed: numbers"
+        elif self.kind == "change" and not (len(shown) == 2 and 0.0 in shown):
+            text = f"{self.over} has {spell_values(shown)}; allowed: two values, one of them 0"
+        elif len(shown) < 2:
+            text = f"{self.over} has {spell_values(shown)}; allowed: two values or more"
+        else:
+            return
+        mistakes.add(text, "over")
 
 
 def unknown_name(name: str, what: str, known: Mapping[str, Any]) -> str:

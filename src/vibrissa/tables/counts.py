@@ -14,7 +14,7 @@ _NOUNS = {
     "stiction": "grid point",
     "scans": "scan",
     "states": "state",
-    "comparisons": "compared point",
+    "comparisons": "compared solution",
 }
 
 
@@ -26,7 +26,7 @@ def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[
             total.update(query.frame(tables[name], _SCAN).drop_duplicates()["status"])
             continue
         statuses = [column for column in tables[name].schema.names if column.startswith("status")]
-        for part in query.parts(tables[name], statuses):
+        for part in query.batches(tables[name], statuses):
             for column in statuses:
                 total.update(part.column(column).to_pandas().value_counts().to_dict())
     return counts

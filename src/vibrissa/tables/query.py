@@ -56,10 +56,10 @@ def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
     return reduce(or_, [pc.field(column) == value for value in values])
 
 
-def parts(
+def batches(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> Iterator[pa.Table]:
-    """Yield the selected rows of a table in parts; of a file, few are in memory at a time."""
+    """Yield the selected rows of a table in batches; of a file, few are in memory at a time."""
     if isinstance(table, pa.Table):
         yield rows(table, columns, where)
         return
@@ -89,7 +89,7 @@ def spaced(table: Readable, columns: Sequence[str], most: int) -> pd.DataFrame:
     """Return at most `most` rows of a table, equally spaced by row number."""
     places = np.linspace(0, count(table) - 1, min(count(table), most)).astype(int)
     kept, begin = [], 0
-    for part in parts(table, columns):
+    for part in batches(table, columns):
         here = places - begin
         kept.append(part.take(here[(here >= 0) & (here < len(part))]))
         begin += len(part)

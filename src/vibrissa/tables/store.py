@@ -19,29 +19,29 @@ ROW_GROUP = 2**14
 
 
 def write(table: pa.Table, path: str | Path, study_part: str = "") -> None:
-    """Write a table atomically, with its provenance; see `write_parts`."""
-    write_parts([table], table.schema, path, study_part)
+    """Write a table atomically, with its provenance; see `write_batches`."""
+    write_batches([table], table.schema, path, study_part)
 
 
-def write_parts(
-    parts: Iterable[pa.Table], schema: pa.Schema, path: str | Path, study_part: str = ""
+def write_batches(
+    batches: Iterable[pa.Table], schema: pa.Schema, path: str | Path, study_part: str = ""
 ) -> None:
-    """Write a table atomically, part by part, with its provenance."""
+    """Write a table atomically, batch by batch, with its provenance."""
     added = {PROGRAM: __version__, COMMIT: commit(), STUDY: study_part}
     schema = schema.with_metadata({**schema.metadata, **added})
     with (
         write_atomically(Path(path)) as temporary,
         pq.ParquetWriter(temporary, schema, write_page_checksum=True) as writer,
     ):
-        for group in _regrouped(parts, ROW_GROUP):
+        for group in _regrouped(batches, ROW_GROUP):
             writer.write_table(group.replace_schema_metadata(schema.metadata).combine_chunks())
 
 
-def _regrouped(parts: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
+def _regrouped(batches: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
     """Yield the same rows in tables of `size` rows; the last may be shorter."""
     held: list[pa.Table] = []
-    for part in parts:
-        held.append(part)
+    for batch in batches:
+        held.append(batch)
         while sum(map(len, held)) >= size:
             table = pa.concat_tables(held)
             yield table.slice(0, size)

@@ -22,7 +22,6 @@ from vibrissa.sensor.identification import fit
 
 TITLES = {row.title: row for row in ROWS}
 NAMES = ("force_x [N]", "force_y [N]", "moment_z [N*m]")
-EXACT = {"noise": NOISE, "assume": False}
 
 
 def seen(found, truth):

@@ -54,23 +54,6 @@ def reading(tmp_path, monkeypatch):
     return command_of_the_docs()
 
 
-def test_all_that_was_read_and_done_is_reported(reading):
-    assert run(*reading[0]).output.splitlines() == [
-        "separator semicolon, decimal comma, titles in line 7, units in line 8, "
-        "1,226 rows from line 9 on",
-        "time: Zeit in s",
-        "force_x: minus Kraft Fy in mN",
-        "force_y: Kraft Fx in mN",
-        "moment_z: Moment Mz in Nmm",
-        "footpoint: speed times the time since --from",
-        "outside --from and --to: 475 rows",
-        "zero_force_x = 310.2 ± 0.3 mN, mean of 82 rows, subtracted",
-        "zero_force_y = 120.123 ± 0.31 mN, mean of 82 rows, subtracted",
-        "zero_moment_z = 8.58791 ± 0.0086 Nmm, mean of 82 rows, subtracted",
-        "recording.csv: 751 rows",
-    ]
-
-
 @pytest.mark.slow
 def test_a_german_laboratory_file_is_read_by_the_command_of_the_docs(reading):
     result = run(*reading[0])
