@@ -79,6 +79,7 @@ def test_a_rod_at_its_bound_meets_the_constraint():
     assert found.status is DesignStatus.FOUND and "strain" in found.active_constraints
     beyond = design(asked(**GOOD, safety=1.5 / use * (1.0 + 1e-6)))
     assert beyond.status is DesignStatus.NONE and beyond.active_constraints == ["strain"]
+    assert "violates the constraints strain (by a factor of 1)" in beyond.message
 
 
 @pytest.mark.slow

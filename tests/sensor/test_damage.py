@@ -16,7 +16,7 @@ from steel import SENSOR, TRANSDUCER
 from steel import identified as friction_in
 from vibrissa.errors import VibrissaError
 from vibrissa.sensor import Method, PeriodStatus, Whisker, scan, surfaces
-from vibrissa.sensor.identification.recording import read_recording
+from vibrissa.sensor.identification.recording import read_recording, table_of
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -102,7 +102,8 @@ def test_another_spelling_changes_nothing(damage, tmp_path):
     readings = []
     for each in (plain, data):
         file.write_bytes(each)
-        readings.append(read_recording(file, WHISKER.units, Method.MODEL, SENSOR).readings)
+        table = table_of(file, Method.MODEL)
+        readings.append(read_recording(table, WHISKER.units, Method.MODEL, SENSOR).readings)
     assert readings[1] == pytest.approx(readings[0], rel=1e-12)
     wanted, found = (imported(each).values for each in (plain, data))
     for name in ("time", "footpoint", *CHANNELS):

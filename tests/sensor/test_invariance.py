@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from responses import respond
 from steel import NOISE, identified, recording_of
 from vibrissa.mechanics.rod import Rod
-from vibrissa.quantities.units import Units
 from vibrissa.sensor import Whisker, scan, solve, surfaces
 from vibrissa.sensor.identification import slope
 from vibrissa.sensor.identification.recording import Method
@@ -142,10 +141,3 @@ def test_a_recording_in_other_units_is_the_same_recording(method):
     one, two = (identified(whisker, table, **asked).periods for table in (plain, other))
     assert np.isfinite(one.mu0).sum() > 2
     same(one, two)
-
-
-def test_units_of_a_rod_are_those_of_its_beam_equation():
-    rod = Rod(2.1e11, 0.8e-3, 0.1)
-    stiffness = rod.youngs_modulus * np.pi * rod.base_diameter**4 / 64.0
-    expected = [stiffness / rod.length**2, stiffness / rod.length**2, stiffness / rod.length]
-    assert Units(rod).channels == pytest.approx(expected, rel=1e-12)

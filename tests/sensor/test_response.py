@@ -13,6 +13,7 @@ from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.bending import measure
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
+from vibrissa.outcomes import Contact
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.onset import strains_in
 from vibrissa.sensor.response import heights
@@ -68,7 +69,7 @@ def test_without_retraction_a_response_begins_where_no_friction_is_needed():
 
 
 def test_unsolved_curve_is_refused_with_its_message():
-    with pytest.raises(ValueError, match="theta"):
+    with pytest.raises(ArgumentError, match="base over tip diameter and must lie between"):
         respond(0.5, 0.85)
     assert issubclass(NoResponseError, ArgumentError)
 
@@ -147,6 +148,14 @@ def test_strain_in_a_mounting_is_that_of_the_bending_alone():
     assert strains_in([curve], [0.0]).strain[0] == pytest.approx(
         abs(state.reaction_m) / 2.0, rel=1e-8
     )
+
+
+@pytest.mark.slow
+def test_a_tiny_last_piece_of_a_curve_is_left_out():
+    mounting = Mounting(stage_angle=np.deg2rad(3.0))
+    rod = Whisker(theta=1.0, eta=0.8, contact=Contact.LINE, mounting=mounting)
+    with pytest.raises(NoResponseError, match="is not known: the sticking curve has status failed"):
+        rod.stage(np.array([0.0, 2.0]))
 
 
 def test_an_oblique_stage_has_no_response():

@@ -161,3 +161,5 @@ def test_default_tolerances_follow_the_noise_and_the_size_of_the_rod():
     assert "zero_force_y" not in own and "drift_force_y" not in own
     longer = Whisker.read(2, 0.85, **{**STEEL, "length": "200 mm"})
     assert assumed_tolerances(longer.units, noise)["eta"] == pytest.approx(0.001)
+    whole = Whisker.read(2, 0.85, **{**STEEL, "length": "1 m"})
+    assert assumed_tolerances(whole.units, noise)["eta"] == pytest.approx(0.0002)

@@ -68,14 +68,6 @@ def test_a_table_is_read_in_parts_with_its_units(long_table):
     assert table.schema.metadata[b"vibrissa.study"] == b"the study"
 
 
-def test_rows_belong_to_their_grid():
-    parts = [failed_points(name, 2, 1, n) for name, n in (("main", 1), ("more", 2))]
-    table = pa.concat_tables(parts)
-    assert [
-        len(table.filter(query.one_of("grid", [name]))) for name in ("main", "more", "mor")
-    ] == [2, 4, 0]
-
-
 def test_the_tables_of_a_study_are_opened_and_others_refused(long_table):
     files = {"stiction": str(long_table), "svg": []}
     found = query.opened_tables(files, {"stiction": "the study"})

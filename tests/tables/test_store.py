@@ -71,22 +71,6 @@ def test_a_table_comes_back_from_its_file(tables, kind, path):
     assert set(frame.attrs["units"].values()) <= UNITS
 
 
-def test_other_programs_read_the_file_directly(tables, path):
-    store.write(tables["stiction"], path)
-    assert pq.read_table(path).to_pandas().equals(tables["stiction"].to_pandas())
-
-
-def test_a_table_of_another_study_file_is_refused(tables, path):
-    store.write(tables["stiction"], path, "study: a\nmu0: [1]\n")
-    store.need_study(path, "study: a\nmu0: [1]\n")
-    for part, words in (
-        ("study: a\nmu0: [2]\n", r"which has the line 'mu0: \[1\]'"),
-        ("", "which has the line 'study: a'"),
-    ):
-        with pytest.raises(DamagedTableError, match=f"was made from another study file, {words}"):
-            store.need_study(path, part)
-
-
 @pytest.mark.slow
 def test_a_changed_byte_never_changes_the_table_silently(tables, path):
     table = tables["stiction"]

@@ -64,10 +64,11 @@ def identify(
     hand_out(found, place + "\n".join(_lines(found, verbose)), output)
     periods = found.periods
     slips = (periods.status == PeriodStatus.SLIP) & (periods.grade != Grade.WRONG)
-    if setup.has_whisker and slips.any():
-        whisker = setup.whisker
-        onset = float(whisker.curve.onset(periods.mu0[slips].max()))
-        warn_of_yield(whisker, onset if np.isfinite(onset) else whisker.curve.x0_lock, material)
+    if setup.has_whisker and setup.rod is not None and slips.any():
+        # The rod bends most at its least height.
+        lowest = setup.whisker.level(float(setup.whisker.height(periods.footpoint[slips]).min()))
+        onset = float(lowest.curve.onset(periods.mu0[slips].max()))
+        warn_of_yield(lowest, onset if np.isfinite(onset) else lowest.curve.x0_lock, material)
 
 
 def _lines(found: Identification, verbose: bool) -> Iterator[str]:

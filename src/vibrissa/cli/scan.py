@@ -57,4 +57,6 @@ def scan(
     if transducer is not None:
         signals = signals.measured(transducer, seed)
     hand_out(signals, f"{output}: {signals}", output)
-    warn_of_yield(whisker, float(signals.truth.x0.max()), material)
+    # The rod bends most at its least height.
+    lowest = whisker.level(float(whisker.height(signals.truth.clamp).min()))
+    warn_of_yield(lowest, float(signals.truth.x0.max()), material)

@@ -38,8 +38,8 @@ def warn_of_yield(whisker: Whisker, end: float, material: "Material | None") -> 
     Parameters
     ----------
     end : float
-        Largest displacement x0 of a period (L). On an oblique stage it may exceed x0 at the end of
-        the whisker's sticking curve, which then takes its place.
+        Largest displacement x0 of a period (L). If it exceeds x0 at the end of the whisker's
+        sticking curve, that end takes its place.
     material : Material or None
         None if the material is unknown.
     """

@@ -52,7 +52,7 @@ class Setup(Keyed):
     theta: Annotated[Measured | None, Kind.NUMBER] = None
     """Taper, base over tip diameter: '2 ± 0.02'."""
     eta: Annotated[Measured | None, Kind.LENGTH] = None
-    """Height of the surface above the clamp: 0.85 or '85 ± 0.1 mm'."""
+    """Height of the surface above the clamp at position 0: 0.85 or '85 ± 0.1 mm'."""
     modulus: Annotated[Measured | None, Kind.STRESS] = None
     """Young's modulus: '210 ± 5 GPa'."""
     diameter: Annotated[Measured | None, Kind.LENGTH] = None

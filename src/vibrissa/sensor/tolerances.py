@@ -59,19 +59,19 @@ class Tolerable:
         radians = float(np.deg2rad(size))
         return cls(**{**entry, "kind": kind, "size": radians if kind is Kind.ANGLE else size})
 
-    def default(self, unit: float, noise: FloatArray) -> float:
+    def default(self, units: Units, noise: FloatArray) -> float:
         """Default tolerance: nondimensional, in rad, or relative to the value.
 
         Parameters
         ----------
-        unit : float
-            SI value of the nondimensional unit of this quantity; 1 without a rod in SI units.
+        units : Units
+            Units of the rod.
         noise : ndarray, shape (3,)
             Standard deviation of a reading of each channel (E·I0/L² and E·I0/L).
         """
         if self.channel >= 0:
             return self.size * float(noise[self.channel])
-        return self.si / unit if self.si and unit != 1.0 else self.size
+        return self.si / units.unit(self.kind) if self.si and units.rod else self.size
 
 
 _FILE = Path(__file__).with_name("tolerances.toml")
@@ -148,7 +148,7 @@ def _value(whisker: "Whisker | None", name: str) -> float:
 
 def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
     """Return the default tolerance of each quantity; for `noise` see `Tolerable.default`."""
-    found = {name: one.default(units.unit(one.kind), noise) for name, one in TOLERABLE.items()}
+    found = {name: one.default(units, noise) for name, one in TOLERABLE.items()}
     return {name: size for name, size in found.items() if np.isfinite(size)}
 
 

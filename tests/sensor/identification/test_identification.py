@@ -33,6 +33,7 @@ from vibrissa.sensor.identification.recording import (
     Method,
     noise_of,
     read_recording,
+    table_of,
 )
 from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
 from vibrissa.sensor.simulation.tip import SlipLaw
@@ -104,7 +105,7 @@ def test_intervals_cover_what_they_say(response, law):
 @pytest.mark.slow
 def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
     biased, corrected = [], []
-    for seed in range(5):
+    for seed in range(8):
         truth, recording = recorded(response, seed, step="0.002")
         periods = found_in(recording)
         ok, last = known(periods), periods.last
@@ -175,6 +176,17 @@ def test_lone_spikes_are_left_out_and_named(response):
     assert len(periods.status) == truth.period[-1]
     (note,) = periods.notes
     assert all(str(i + 2) in note for i in at)
+    plain, spiked = (identified(None, one, noise=NOISE) for one in (recording, spiked))
+    assert spiked.summary().deviation == pytest.approx(plain.summary().deviation, rel=0.05)
+
+
+def test_a_swing_aside_is_seen_where_positions_are_noisy(response):
+    truth = simulate(response, surfaces.constant(0.9), path("0.0005", ["1.1"]))
+    for seed in range(8):
+        noise = np.random.default_rng(seed).normal(0.0, 0.0005, len(truth))
+        recording = recording_of(truth.clamp + noise, measured(truth.reactions, seed))
+        notes = identified(None, recording, noise=NOISE, assume=False).periods.notes
+        assert any("buckles laterally" in note for note in notes)
 
 
 def measured_over(response, surface, turns, law="free", section="round"):
@@ -262,7 +274,7 @@ GOOD = "0,0,-0.01,-1.2,-50\n1,0.1,-0.02,-1.2,-49\n2,0.2,-0.03,-1.2,-48\n"
 def read(tmp_path, text):
     file = tmp_path / "r.csv"
     file.write_text(text)
-    return read_recording(file, Units(ROD), Method.MODEL, SENSOR)
+    return read_recording(table_of(file, Method.MODEL), Units(ROD), Method.MODEL, SENSOR)
 
 
 def test_recording_is_converted(tmp_path):
@@ -299,7 +311,7 @@ def test_any_recording_is_identified_or_refused_as_a_value_error(tmp_path_factor
     file: Path = tmp_path_factory.mktemp("fuzz") / "r.csv"
     file.write_text(HEADER.partition(",")[2] + "".join(",".join(row) + "\n" for row in rows))
     try:
-        recording = read_recording(file, Units(ROD), method, SENSOR)
+        recording = read_recording(table_of(file, method), Units(ROD), method, SENSOR)
         periods = identified(FUZZED, recording, noise=NOISE, assume=False).periods
     except ValueError as error:
         assert str(error)

@@ -7,7 +7,13 @@ import pytest
 from steel import ROD, SCALE, SENSOR
 from vibrissa.errors import RecordingError
 from vibrissa.quantities.units import Kind, Units
-from vibrissa.sensor.identification.recording import Method, left_out, read_recording, units_of
+from vibrissa.sensor.identification.recording import (
+    Method,
+    left_out,
+    read_recording,
+    table_of,
+    units_of,
+)
 
 NAN = np.nan
 
@@ -25,7 +31,7 @@ def table(rows=30, **columns):
 
 
 def read(frame, method=Method.MODEL, transducer=None, units=None):
-    return read_recording(frame, units or Units(ROD), method, transducer)
+    return read_recording(table_of(frame, method), units or Units(ROD), method, transducer)
 
 
 def test_a_note_names_a_few_stretches_of_lines():
@@ -36,7 +42,7 @@ def test_a_note_names_a_few_stretches_of_lines():
 
 def test_a_file_with_another_ending_is_for_import(tmp_path):
     with pytest.raises(RecordingError, match=r"must be \.csv or \.parquet\. If titles or layout"):
-        read_recording(tmp_path / "lab.txt", Units(), Method.MODEL)
+        table_of(tmp_path / "lab.txt", Method.MODEL)
 
 
 @pytest.mark.parametrize(
@@ -50,9 +56,8 @@ def test_a_file_with_another_ending_is_for_import(tmp_path):
 )
 def test_a_table_of_another_program_is_for_import(tmp_path, text):
     (tmp_path / "a.csv").write_text(text, encoding="latin-1")
-    for reading in (lambda path: read(path), units_of):
-        with pytest.raises(RecordingError, match=r"\. If titles or layout"):
-            reading(tmp_path / "a.csv")
+    with pytest.raises(RecordingError, match=r"\. If titles or layout"):
+        read(tmp_path / "a.csv")
     with pytest.raises(RecordingError) as raised:
         read(table().drop(columns=["force_x [N]", "moment_z [N*m]"]))
     assert "the columns are: footpoint, force_y. If" in str(raised.value)
@@ -92,6 +97,23 @@ def test_what_is_missing_or_saturated_matters_where_it_is_used(method, channel, 
     # Without a transducer there is no limit.
     frame.loc[7, channel] = -limit
     assert len(read(frame, method)) == 30
+
+
+def test_saturated_readings_are_those_before_the_zero_was_subtracted():
+    frame = table()
+    frame.loc[7, "force_x [N]"] = 0.5 - SENSOR.limit[0]
+    assert not read(frame, transducer=SENSOR).notes
+    frame.attrs["header"] = {"zero_force_x": "-0.5 N"}
+    assert "saturated" in read(frame, transducer=SENSOR).notes[0]
+
+
+def test_the_mean_in_air_is_that_of_counts_of_the_resolution():
+    frame = pd.concat([table()] * 3, ignore_index=True)
+    frame["footpoint [m]"] = 1e-4 * np.arange(len(frame))
+    frame.iloc[:20, 1:] = 0.0
+    frame.loc[[1, 2, 5, 8], "force_x [N]"] = 2e-3
+    found = read(frame)
+    assert found.air_rows == 20 and found.air[0] > 0.0
 
 
 @pytest.mark.parametrize("channel", ["force_x [N]", "moment_z [N*m]"])
@@ -162,5 +184,5 @@ def test_ends_that_are_no_scan_are_noted_by_their_lines():
 )
 def test_without_a_rod_units_are_those_of_the_recording(title, si, wished):
     frame = table().rename(columns={"footpoint [m]": title}).drop(columns="moment_z [N*m]")
-    found = units_of(frame)
+    found = units_of(table_of(frame, Method.RATIO))
     assert found.si == si and found.wished.get(Kind.LENGTH) == wished

@@ -8,6 +8,7 @@ from responses import respond
 from steel import NOISE, identified, measured, recording_of
 from validation.sensor import laboratory
 from validation.sensor.laboratory import ROWS, Said, recorded
+from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import Method, Whisker, surfaces
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.simulation.scanning import path, simulate
@@ -61,6 +62,11 @@ def test_it_widens_every_interval_and_the_mean_by_what_neighbours_share(recordin
     one, other = level.summary(), found.summary()
     assert other.random > one.random + SLOPE.deviation / np.sqrt(known.sum())
     assert min(other.if_exact, key=other.if_exact.get) == "surface_slope"
+
+
+def test_its_length_is_5_mm_whatever_the_length_of_the_rod(recording):
+    found = identified(Whisker(**GIVEN, rod=Rod(2.1e11, 8e-4, 0.04)), recording, noise=NOISE)
+    assert found.slope.length * 0.04 == pytest.approx(5e-3)
 
 
 def test_the_variance_of_a_mean_is_between_that_of_one_and_of_many():

@@ -221,6 +221,7 @@ FORCE = {"force_x": "Fx [N]"}
             ["moment_origin must be two values, as in '0 mm, -20 mm'"],
         ),
         (TITLED, {"begin": "4"}, ["'from' must be a time or a clamp position"]),
+        (TITLED, {"speed": "1 mm/s", "tare": "0 mm, 2 mm"}, ["tare must be two times"]),
         (TITLED, {"decimal": ";"}, ["decimal: input should be '.' or ','"]),
         (TITLED, {"speeed": "1"}, ["'speeed' is not a key; did you mean speed?"]),
     ],
@@ -301,3 +302,5 @@ def test_standard_input_and_output():
     found = run("identify", "-", *rod, "--length", "100 mm", "-o", "-", text=piped.stdout)
     assert found.exit_code == 0 and found.stdout.startswith("status,contact [m]")
     assert "is random" in found.stderr and found.stdout.count("\n") == 17
+    alone = run("identify", "-", "--method", "ratio", "-o", "-", text=piped.stdout)
+    assert alone.exit_code == 0 and alone.stdout.startswith("status,contact [m]")

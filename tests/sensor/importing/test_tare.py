@@ -6,8 +6,9 @@ import pytest
 from steel import Given, identified
 from vibrissa.errors import ArgumentError
 from vibrissa.quantities import series
+from vibrissa.quantities.units import SI_UNITS
 from vibrissa.sensor import Whisker, scan, surfaces
-from vibrissa.sensor.importing import Settings, import_recording
+from vibrissa.sensor.importing import Imported, Settings, import_recording
 from vibrissa.sensor.importing.importing import zeros_of
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -60,6 +61,13 @@ def test_a_stated_tolerance_goes_before_that_of_the_recording(tmp_path, signals)
     force = WHISKER.units.channels[0]
     of = tolerances_of(found)
     assert "zero_force_x" not in of and of["zero_force_y"] == pytest.approx(7e-3 / force)
+
+
+def test_a_zero_without_scatter_is_subtracted_and_its_error_is_not_known():
+    zeros = zeros_of({"force_y": np.full(200, 0.7)}, np.ones(200, dtype=bool))
+    found = Imported(values={}, zeros=zeros, notes=(), units=SI_UNITS)
+    assert found.header() == {"zero_force_y": "0.7 N"}
+    assert found.report() == ("zero_force_y = 0.7 N, mean of 200 rows, subtracted",)
 
 
 def test_a_wrong_line_of_the_header_is_named(tmp_path, signals):

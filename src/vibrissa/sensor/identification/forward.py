@@ -19,13 +19,12 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.sensor.identification.parameters import OF_ROD
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.response.branch import Response, responses
+from vibrissa.sensor.response.branch import Response, States, responses
 from vibrissa.sensor.response.heights import (
     HIGHEST,
     LOWEST,
     HeightRange,
     Heights,
-    HeightStates,
     Stage,
     check_range,
 )
@@ -127,22 +126,21 @@ class SetUp:
         """Deviation p of each parameter, by the parameter's name."""
         return self.task.sizes_of(self.p)
 
-    def at(self, clamp: FloatArray, contact: ArrayLike) -> tuple[HeightStates, FloatArray]:
+    def at(self, clamp: FloatArray, contact: ArrayLike) -> tuple[States, FloatArray]:
         """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
         rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
         stage = Stage(rod=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
-        states = self.heights.states(stage.height(clamp))
-        return states, stage.x0(states, clamp, contact, 1)
+        return stage.states(clamp, contact, 1)
 
     def contact(self, u: FloatArray) -> FloatArray:
         """Position of the tip in each period, along the surface (L)."""
         return self.at(self.task.ends.clamp, u)[1]
 
-    def states(self, u: FloatArray) -> tuple[HeightStates, FloatArray]:
+    def states(self, u: FloatArray) -> tuple[States, FloatArray]:
         """States of the rod in all blocks of samples, and their displacements x0 (L)."""
         return self.at(self.task.shown, self.contact(u)[self.task.blocks.period])
 
-    def onset(self, u: FloatArray) -> tuple[HeightStates, FloatArray]:
+    def onset(self, u: FloatArray) -> tuple[States, FloatArray]:
         """States of the rod, and x0 (L), in the step of the clamp in which the tip slips.
 
         Each period has three: at the start, middle and end of the step, shape (p, 3).
@@ -161,7 +159,7 @@ class SetUp:
         x0 = np.clip(x0, states.x0_pull, states.x0_lock)
         return np.asarray(self.task.ends.sign[:, None] * states.demand(x0))
 
-    def loads(self, states: HeightStates, x0: FloatArray, order: int = 0) -> FloatArray:
+    def loads(self, states: States, x0: FloatArray, order: int = 0) -> FloatArray:
         """Return the loads at x0, or their derivatives with respect to x0, shape (n, 3).
 
         `order` is the order of the derivatives. Units are those of the given rod.

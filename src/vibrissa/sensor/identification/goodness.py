@@ -167,8 +167,8 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
     if settled:
         shared = fit.jacobian @ changes.reshape(len(changes), -1).T
         known -= (shared * (fit.remaining @ shared)).sum(axis=0)
-    told = (known > TINY) & [one.of not in NOT_NAMED for one in fit.task.parameters]
-    known = np.where(told, known, np.inf)
+    named = (known > TINY) & [one.of not in NOT_NAMED for one in fit.task.parameters]
+    known = np.where(named, known, np.inf)
     size, deviation = along / known, 1.0 / np.sqrt(known)
     fall = size * along
     if settled:
@@ -176,7 +176,7 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
         part = np.where(1.0 - left > LITTLE, 1.0 - left, np.inf)
         size[free] = fit.p[free] / part
         deviation[free] = fit.sigma[free] * np.sqrt(left / part)
-        fall[free] = told[free] * fit.scores**2 / part
+        fall[free] = named[free] * fit.scores**2 / part
     excess = float((fit.scores**2).sum()) if fits else fit.misfit - fit.degrees
     if excess <= 0.0:
         return ()  # nothing to explain

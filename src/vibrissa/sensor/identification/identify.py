@@ -14,8 +14,8 @@ from vibrissa.errors import (
     WrongRodError,
 )
 from vibrissa.quantities.units import Units, chosen
-from vibrissa.sensor.identification.mixing import check_columns
-from vibrissa.sensor.identification.model import nearest_states, read_model, unfitted
+from vibrissa.sensor.identification.mixing import check_columns, nearest_states
+from vibrissa.sensor.identification.model import read_model, unfitted
 from vibrissa.sensor.identification.parameters import BEARING
 from vibrissa.sensor.identification.periods import Check, Grade
 from vibrissa.sensor.identification.ratio import read_ratio
@@ -24,6 +24,7 @@ from vibrissa.sensor.identification.recording import (
     Method,
     Recording,
     read_recording,
+    table_of,
     units_of,
 )
 from vibrissa.sensor.identification.result import Identification, beside
@@ -91,25 +92,26 @@ def identify(
         raise ArgumentError(
             f"the method {method} needs the rod: give theta and eta, or use the method ratio"
         )
-    recording = Path(recording) if isinstance(recording, str) else recording
+    path = Path(recording) if isinstance(recording, str) else recording
+    given = path if isinstance(path, Recording) else table_of(path, method)
     if whisker is not None and (whisker.rod is not None or method is Method.MODEL):
         units = whisker.units
     else:
-        units = Units() if isinstance(recording, Recording) else units_of(recording)
+        units = Units() if isinstance(given, Recording) else units_of(given)
     sensor = None if setup.transducer is None else transducer_of(setup.transducer, units)
-    if not isinstance(recording, Recording):
-        recording = read_recording(recording, units, method, sensor)
-    if len(recording) < FEWEST_SAMPLES:
-        few = f"too few rows to identify friction from: {counted(len(recording), 'usable row')}"
-        raise RecordingError("; ".join((few, *recording.notes)))
-    recording = replace(
-        recording,
-        slip_rows=in_samples(recording, slip_time, "slip_time"),
-        delay=in_samples(recording, delay, "delay"),
+    if not isinstance(given, Recording):
+        given = read_recording(given, units, method, sensor)
+    if len(given) < FEWEST_SAMPLES:
+        few = f"too few rows to identify friction from: {counted(len(given), 'usable row')}"
+        raise RecordingError("; ".join((few, *given.notes)))
+    given = replace(
+        given,
+        slip_rows=in_samples(given, slip_time, "slip_time"),
+        delay=in_samples(given, delay, "delay"),
     )
     # A recording in SI units cannot be compared with a rod whose size is not known.
     rod = whisker if whisker is not None and whisker.units == units else None
-    task = task_of(recording, setup, rod, sensor, units)
+    task = task_of(given, setup, rod, sensor, units)
     found = _read(task) if rod is None else _read_both(task, rod, method)
     # The slope of the surface changes the friction by both methods alike.
     return replace(found, periods=found.periods.on_slope(found.slope))
@@ -126,7 +128,7 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
     """Estimate friction by one method, and compare it with the other method if that succeeds."""
     try:
         nearest = nearest_states(task, rod)
-        check_columns(nearest)
+        check_columns(task, nearest)
         model = read_model(task, rod, nearest)
     except MixedColumnsError:
         raise

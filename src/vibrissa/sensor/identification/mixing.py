@@ -1,10 +1,7 @@
 """The states of the rod nearest to the readings, and detection of columns that are mixed up."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterator
 from itertools import product
-from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -13,8 +10,9 @@ from vibrissa.errors import MixedColumnsError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.response.branch import Response
+from vibrissa.sensor.response.heights import check_range
 from vibrissa.sensor.transducer import CHANNELS
+from vibrissa.sensor.whisker import Whisker
 
 # Number of states of the rod in the table.
 TABLE = 4001
@@ -28,31 +26,39 @@ MUCH = 225.0
 THOUSAND = 1e3
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class NearestStates:
-    """Table of the states of a rod at one height; a call finds the states nearest to readings."""
-
-    task: Task
-    branch: Response
-
-    @cached_property
-    def _table(self) -> tuple[FloatArray, Any]:
-        x0 = np.linspace(self.branch.x0_pull, self.branch.x0_end, TABLE)
-        values = self.task.weighted(self.branch(x0))
-        if len(self.task.used) == 1:
-            # One channel distinguishes the states only as long as it grows.
-            back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
-            x0 = x0[: int(back[0]) + 1] if len(back) else x0
-        return x0, KDTree(values[: len(x0)])
-
-    def __call__(self, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Find x0 of the states nearest to readings (L), and the squared misfits, each (n,)."""
-        table, tree = self._table
-        distance, nearest = tree.query(self.task.weighted(readings))
-        return table[nearest], distance**2
+# Function that finds x0 of the states nearest to readings (L), and the squared misfits, each (n,).
+Nearest = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def check_columns(nearest: NearestStates) -> None:
+def nearest_states(task: Task, whisker: Whisker) -> Nearest:
+    """Tabulate the states of the rod at the mean of its least and largest height on the stage.
+
+    Raises
+    ------
+    NoResponseError
+        If the rod has no response, or the stage brings the clamp too near to the surface or too far
+        from it.
+    """
+    heights = whisker.height(task.recording.clamp)
+    low, high = float(heights.min()), float(heights.max())
+    check_range(whisker, low, high)
+    branch = whisker.level(0.5 * (low + high)).response
+    x0 = np.linspace(branch.x0_pull, branch.x0_end, TABLE)
+    values = task.weighted(branch(x0))
+    if len(task.used) == 1:
+        # One channel distinguishes the states only as long as it grows.
+        back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
+        x0 = x0[: int(back[0]) + 1] if len(back) else x0
+    tree = KDTree(values[: len(x0)])
+
+    def nearest(readings: FloatArray) -> tuple[FloatArray, FloatArray]:
+        distance, place = tree.query(task.weighted(readings))
+        return x0[place], distance**2
+
+    return nearest
+
+
+def check_columns(task: Task, nearest: Nearest) -> None:
     """Refuse a recording that fits the rod much better if a mix-up of columns is undone.
 
     Raises
@@ -60,7 +66,6 @@ def check_columns(nearest: NearestStates) -> None:
     MixedColumnsError
         If columns seem to be mixed up; the message names the likeliest mix-up.
     """
-    task = nearest.task
     rows = np.linspace(0, len(task.recording) - 1, SAMPLED).astype(int)
     some = np.nan_to_num(task.recording.readings[rows])
 

@@ -8,13 +8,12 @@ from vibrissa.errors import WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.fit import Fit, fitted, started
 from vibrissa.sensor.identification.goodness import Goodness, causes_of, estimates_of
-from vibrissa.sensor.identification.mixing import MISFIT, NearestStates
+from vibrissa.sensor.identification.mixing import MISFIT, Nearest
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus, periods_of
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slips import check_slips
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation
-from vibrissa.sensor.response.heights import check_range
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
@@ -25,22 +24,7 @@ MOST_MISFIT, MOST_OFF = 0.1, 0.2
 CERTAIN = 6.0
 
 
-def nearest_states(task: Task, whisker: Whisker) -> NearestStates:
-    """Tabulate the states of the rod at the mean of its least and largest height on the stage.
-
-    Raises
-    ------
-    NoResponseError
-        If the rod has no response, or the stage brings the clamp too near to the surface or too far
-        from it.
-    """
-    heights = whisker.height(task.recording.clamp)
-    low, high = float(heights.min()), float(heights.max())
-    check_range(whisker, low, high)
-    return NearestStates(task=task, branch=whisker.level(0.5 * (low + high)).response)
-
-
-def read_model(task: Task, whisker: Whisker, nearest: NearestStates) -> Identification:
+def read_model(task: Task, whisker: Whisker, nearest: Nearest) -> Identification:
     """Estimate the friction of the periods of a recording by the model of the rod.
 
     Raises

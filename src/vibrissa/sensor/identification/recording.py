@@ -12,7 +12,14 @@ from vibrissa.errors import ArgumentError, OtherTableError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.quantities import series
-from vibrissa.quantities.units import CHANNEL_KINDS, Kind, Measured, Units, wished_units
+from vibrissa.quantities.units import (
+    CHANNEL_KINDS,
+    SI_UNITS,
+    Kind,
+    Measured,
+    Units,
+    wished_units,
+)
 from vibrissa.sensor.identification.ends import moving, touching
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.wording import counted
@@ -125,35 +132,26 @@ def _averaged(values: FloatArray) -> FloatArray:
 
 
 def read_recording(
-    source: "Path | DataFrame", units: Units, method: Method, transducer: Transducer | None = None
+    table: series.Table, units: Units, method: Method, transducer: Transducer | None = None
 ) -> Recording:
-    """Read a time series from a table with columns such as ``footpoint [mm],force_x [N]``.
+    """Read a recording from a table, as from `table_of`.
 
     Rows with a missing value or a saturated reading are left out; the notes list their lines.
-
-    Parameters
-    ----------
-    source : Path or DataFrame
-        CSV, Parquet or DataFrame. Needs the columns ``footpoint`` and, with the method ``ratio``,
-        both forces, with ``model`` the moment, or both forces, or all; each with its unit. A column
-        ``time`` is optional; it must increase.
 
     Raises
     ------
     RecordingError
         If the table cannot be used; the message names the line.
     """
-    asked = [CHANNELS[i] for i in FORCES] if method is Method.RATIO else []
-    table = _table(source, ["footpoint", *asked], ["time", *CHANNELS])
     interval = _interval(table)
     clamp = _nondimensional(table, "footpoint", Kind.LENGTH, units)
     readings = np.full((len(clamp), len(CHANNELS)), np.nan)
     for channel, kind, column in zip(CHANNELS, CHANNEL_KINDS, readings.T, strict=True):
         if channel in table.columns:
             column[:] = _nondimensional(table, channel, kind, units)
-    saturated = np.zeros(readings.shape, dtype=bool)
+    saturated, (zeros, offsets) = np.zeros(readings.shape, dtype=bool), _zeros(table)
     if transducer is not None:
-        saturated = transducer.saturated(readings * units.channels)
+        saturated = transducer.saturated(readings * units.channels + offsets)
     used, notes = _used(np.isnan(readings) | saturated, table, method)
     readings[:, [i for i in range(len(CHANNELS)) if i not in used]] = np.nan
     missing = np.isnan(clamp) | np.isnan(readings[:, used]).any(axis=1)
@@ -164,7 +162,7 @@ def read_recording(
         line=table.line,
         notes=notes,
         interval=interval,
-        zeros=_zeros(table),
+        zeros=zeros,
     )
     recording = recording.naming(missing, "a value is missing")
     recording = recording.naming(at_limit, "the transducer is saturated")
@@ -216,38 +214,48 @@ def _scanned(recording: Recording, used: list[int]) -> Recording:
     free, rest = np.delete(rows, loaded), np.setdiff1d(rows[loaded], kept)
     recording = recording.naming(free, "no load: nothing touches the surface")
     recording = recording.naming(rest, "the clamp rests before or after the scan").take(kept)
-    # Rows during touch-down and lift-off have a load.
-    off = np.abs(air - np.median(air, axis=0)) if len(air) else air
-    air = air[~(off > TOUCHES * np.median(off, axis=0)).any(axis=1)] if len(air) else air
+    if not len(air):
+        return recording
+    # Rows during touch-down and lift-off have a load. The least change is a step of the resolution.
+    off = np.abs(air - np.median(air, axis=0))
+    least = np.min(off, axis=0, where=off > 0.0, initial=np.inf)
+    air = air[~(off > TOUCHES * np.maximum(np.median(off, axis=0), least)).any(axis=1)]
     if not len(air):
         return recording
     return replace(recording, air=tuple(air.mean(axis=0).tolist()), air_rows=len(air))
 
 
-def _zeros(table: series.Table) -> dict[str, str]:
-    """Read the errors of the zeros from lines such as ``# zero_force_x = 310 ± 0.3 mN``."""
-    found = {}
-    for channel, kind in zip(CHANNELS, CHANNEL_KINDS, strict=True):
-        zero = Measured.read(table.header.get(f"zero_{channel}", "0"))
+def _zeros(table: series.Table) -> tuple[dict[str, str], FloatArray]:
+    """Read zeros that were subtracted, from lines such as ``# zero_force_x = 310 ± 0.3 mN``.
+
+    Return their errors, and their values in SI units.
+    """
+    errors, values = {}, np.zeros(len(CHANNELS))
+    for i, kind in enumerate(CHANNEL_KINDS):
+        name = f"zero_{CHANNELS[i]}"
+        zero, what = Measured.read(table.header.get(name, "0")), f"{name} of {table.source}"
+        zero.check(kind, what)
+        values[i] = SI_UNITS.read(zero.value, kind, what)
         if zero.tolerance is not None:
-            zero.check(kind, f"zero_{channel} of {table.source}")
-            found[f"zero_{channel}"] = zero.tolerance
-    return found
+            errors[name] = zero.tolerance
+    return errors, values
 
 
-def units_of(source: "Path | DataFrame") -> Units:
+def units_of(table: series.Table) -> Units:
     """Units of results without a rod: nondimensional if the recording is, otherwise SI."""
-    units = _table(source, ["footpoint"]).units
-    wished = wished_units(*(f"1 {unit}" for unit in units.values()))
-    return Units(si=units.get("footpoint") != Kind.LENGTH.own, wished=wished)
+    wished = wished_units(*(f"1 {unit}" for unit in table.units.values()))
+    return Units(si=table.units.get("footpoint") != Kind.LENGTH.own, wished=wished)
 
 
-def _table(
-    source: "Path | DataFrame", names: Sequence[str], optional: Sequence[str] = ()
-) -> series.Table:
-    """Read a table; for a file of another program the error names `vibrissa import`."""
+def table_of(source: "Path | DataFrame", method: Method) -> series.Table:
+    """Read the columns of a recording, such as ``footpoint [mm]`` and ``force_x [N]``.
+
+    The column ``footpoint`` is needed, and with the method ``ratio`` both forces; ``time`` is
+    optional. For a file of another program the error names `vibrissa import`.
+    """
+    names = ["footpoint", *(CHANNELS[i] for i in FORCES if method is Method.RATIO)]
     try:
-        return series.read(source, names, optional)
+        return series.read(source, names, ["time", *CHANNELS])
     except (ArgumentError, OtherTableError) as error:
         if not isinstance(source, Path):
             raise

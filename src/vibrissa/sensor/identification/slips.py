@@ -262,7 +262,7 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
     """
     forces = recording.readings[:, :2]
     last, first = spans.ends[:-1], spans.begins[1:]
-    way = direction(recording.clamp)[last]
+    way = direction(recording.smooth)[last]
     before, after = way * forces[last, 0], way * forces[first, 0]
     turned = (before < 0.0) & (after > -TURNED * before)
     # In contrast, after a slip beyond α = 0 the pulled tip presses much less than before.
@@ -343,7 +343,7 @@ def _settled(recording: Recording, spans: Spans, early: int, late: int) -> tuple
     """Leave out `early` samples before and `late` samples after each slip; a note names them."""
     begins = np.maximum(spans.begins, np.append(0, spans.after[:-1] + late))
     # A filter lags behind the first steps, too.
-    begins[0] = spans.begins[0] + (late if late > LONG else 0)
+    begins[0] = spans.begins[0] + (late if late > 1 else 0)
     ends = spans.ends - early
     ends[-1] = spans.ends[-1]
     settled = replace(spans, begins=begins, ends=ends).take(ends > begins)

@@ -168,10 +168,10 @@ def task_of(
                 f"the ratio of the forces does not use the tolerance of {', '.join(needless)}"
             )
     stated = {**read_tolerances(units, recording.zeros, whisker), **read}
-    full_scale = _full_scale(recording, transducer, units)
-    length = SLOPE_LENGTH / units.unit(Kind.LENGTH) if units.si else OWN_SLOPE_LENGTH
+    length = OWN_SLOPE_LENGTH if units.nondimensional else SLOPE_LENGTH / units.unit(Kind.LENGTH)
     recording, sizes = _tared(recording, known, {**assumed, **stated}, stated)
     recording, spans, row = find_slips(recording, known)
+    full_scale = _full_scale(recording, transducer, units)
     return Task(
         recording=recording,
         spans=spans,

@@ -123,6 +123,8 @@ class Settings(Keyed):
     def _check_together(self) -> Self:
         if unknown := self.column.keys() - KINDS.keys():
             raise ArgumentError(f"column must be one of {', '.join(KINDS)}, got {unknown.pop()!r}")
+        if self.speed is not None and any(place.column != "time" for place in self.tare or ()):
+            raise ArgumentError("with speed, tare must be two times, as in --tare '0 s, 2 s'")
         ends = [place.column for place in (self.from_, self.to) if place is not None]
         if self.speed is not None and ends != ["time", "time"]:
             raise ArgumentError(
@@ -176,10 +178,11 @@ class Imported(Tabular):
         """
         header = {}
         for name, zero in self.zeros.items():
-            value, _ = self.units.told(zero.value, KINDS[name])
-            if zero.deviation:  # else all readings were alike, and the error is not known
-                error = self.units.spelled(zero.deviation, KINDS[name], 2)
-                header[f"zero_{name}"] = f"{value:.6g} ± {error}"
+            value, unit = self.units.told(zero.value, KINDS[name])
+            # If all readings were alike, the error is not known.
+            error = self.units.told(zero.deviation, KINDS[name])[0]
+            more = f" ± {error:.2g}" if error else ""
+            header[f"zero_{name}"] = f"{value:.6g}{more} {unit}"
         return header
 
     def report(self) -> tuple[str, ...]:
@@ -348,7 +351,7 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
                 raise RecordingError(f"tare: fewer than {FEWEST_READINGS} readings of {name}")
             blocks = BLOCKS if len(readings) >= FEWEST_IN_BLOCKS else len(readings)
             means = np.array([part.mean() for part in np.array_split(readings, blocks)])
-            error = means.std(ddof=1) / np.sqrt(blocks)
+            error = means.std(ddof=1) / np.sqrt(blocks) if np.ptp(readings) else 0.0
             found[name] = Zero(float(readings.mean()), float(error), len(readings))
     return found
 

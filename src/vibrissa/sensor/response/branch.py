@@ -6,6 +6,7 @@ The clamp pushes the tip for x0 > 0, and pulls it for x0 < 0, as far as that par
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +23,8 @@ from vibrissa.sticking.piece import Pieces
 
 # Number of knots on each smooth piece of the curve; the error of the spline is about 1e-9.
 KNOTS = 641
+# Pieces that are not longer are left out: their knots would coincide (L).
+SHORTEST = 1e-8
 # Least normal force that is not 0 (E·I0/L²).
 TINY = 1e-9
 
@@ -43,10 +46,10 @@ class States(ABC):
         rod changes between tip and line contact, x0 = 0, x0_lock and x0_end (L).
     """
 
-    x0_pull: ArrayLike
-    x0_lock: ArrayLike
-    x0_end: ArrayLike
-    x1_init: ArrayLike
+    x0_pull: Any
+    x0_lock: Any
+    x0_end: Any
+    x1_init: Any
     bounds: FloatArray
 
     @abstractmethod
@@ -163,6 +166,7 @@ def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Respons
 def tabulated(curve: StickingCurve) -> Response:
     """Tabulate the response of a solved curve; x0 < 0 is included if it was solved."""
     pieces = Pieces.concatenate([curve.retraction, curve.pieces])
+    pieces = pieces.take(pieces.last_x0 - pieces.first_x0 > SHORTEST)
     parts: list[PPoly] = []
     for number, begin in enumerate(pieces.first_x0):
         # Equal steps of the piece's parameter: near a limit point they are short in x0.

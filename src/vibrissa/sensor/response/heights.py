@@ -126,16 +126,6 @@ class HeightRange:
     parts: tuple[Heights, ...]
 
     @property
-    def low(self) -> float:
-        """Least height (L)."""
-        return self.parts[0].low
-
-    @property
-    def high(self) -> float:
-        """Largest height (L)."""
-        return self.parts[-1].high
-
-    @property
     def swings(self) -> bool:
         """Whether the tip is dragged behind the clamp after lateral buckling; see `Response`."""
         return all(part.branches[0].swings for part in self.parts)
@@ -147,7 +137,7 @@ class HeightRange:
 
     def states(self, eta: ArrayLike) -> "HeightStates":
         """Return the rod's states at these heights; heights outside the range are clipped to it."""
-        eta = np.clip(eta, self.low, self.high)
+        eta = np.clip(eta, self.parts[0].low, self.parts[-1].high)
         part_of, flat = self.part_of(eta).ravel(), eta.ravel()
         found = np.empty((4, len(flat)))
         for number, part in enumerate(self.parts):
@@ -248,15 +238,8 @@ class Stage:
         side : array_like
             1 for a tip ahead of the clamp, −1 for a tip behind it.
         """
-        states = self.at(clamp)
-        return states, self.x0(states, clamp, contact, side)
-
-    def x0(
-        self, states: States, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike
-    ) -> FloatArray:
-        """Return the displacement x0 of the rod's states at these clamp positions (L)."""
-        ahead = self.along(clamp) - np.asarray(contact)
-        return np.asarray(states.x1_init + np.asarray(side) * ahead)
+        states, ahead = self.at(clamp), self.along(clamp) - np.asarray(contact)
+        return states, np.asarray(states.x1_init + np.asarray(side) * ahead)
 
 
 def check_range(whisker: Whisker, low: float, high: float) -> None:
