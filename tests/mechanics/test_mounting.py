@@ -18,18 +18,16 @@ from vibrissa.sticking.solving.collocation import solve_curves
     [
         ({"clamp_angle": 1.6}, "clamp_angle must lie between -pi/2 and pi/2 (rad), got 1.6"),
         ({"stage_angle": -2}, "stage_angle must lie between -pi/2 and pi/2 (rad), got -2.0"),
-        (
-            {"stage_angle": float("nan")},
-            "stage_angle must be a finite number (rad), got nan",
-        ),
-        (
-            {"clamp_angle": "2 deg"},
-            "clamp_angle must be a finite number (rad), got '2 deg'",
-        ),
+        ({"stage_angle": float("nan")}, "stage_angle must be a finite number (rad), got nan"),
+        ({"clamp_angle": "2 deg"}, "clamp_angle must be a finite number (rad), got '2 deg'"),
         ({"clamp_angle": True}, "clamp_angle must be a finite number (rad), got True"),
         ({"clamp_compliance": -0.1}, "clamp_compliance must not be negative, got -0.1 L/(E I0)"),
         ({"curvature": ()}, "curvature must be a number or a list of numbers, got ()"),
         ({"curvature": None}, "curvature must be a number or a list of numbers, got None"),
+        (
+            {"curvature": np.array(1.0)},
+            "curvature must be a number or a list of numbers, got array(1.)",
+        ),
         ({"curvature": (0.1, "a")}, "curvature must be a finite number, got 'a'"),
     ],
 )
@@ -42,6 +40,7 @@ def test_a_value_out_of_range_is_named(values, said):
 def test_a_list_or_an_array_of_coefficients_is_as_good_as_a_tuple():
     assert Mounting(curvature=[0.1, 0.2]) == Mounting(curvature=(0.1, 0.2))
     assert Mounting(curvature=np.array([0.1, 0.2])) == Mounting(curvature=(0.1, 0.2))
+    assert Mounting(curvature=(0.1, 0.0)) == Mounting(curvature=0.1)
 
 
 def test_natural_shapes_are_circles_and_clothoids():

@@ -139,11 +139,13 @@ def test_failed_curve_gives_an_empty_failed_scan():
     assert len(scan.step) == 0 and scan.x.shape == (0, 101)
 
 
-@pytest.mark.parametrize(("argument", "value"), [("cycles", 0), ("shape_points", 1)])
+@pytest.mark.parametrize(
+    ("argument", "value"), [("cycles", 0), ("shape_points", 1), ("mu0", -0.1), ("dx0", np.nan)]
+)
 def test_impossible_arguments_are_refused(curve, argument, value):
-    arguments = {"cycles": 1, "shape_points": 5, argument: value}
+    arguments = {"mu0": 0.3, "dx0": 0.01, "cycles": 1, "shape_points": 5, argument: value}
     with pytest.raises(ValueError, match=argument):
-        stick_slip(curve, D("0.3"), D("0.01"), **arguments)
+        stick_slip(curve, **arguments)
 
 
 def test_a_shape_of_two_points_has_both_ends(curve):

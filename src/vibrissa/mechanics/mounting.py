@@ -104,10 +104,15 @@ def _number(name: str, value: object) -> float:
 def _listed(curvature: object) -> object:
     if isinstance(curvature, Real):
         return curvature
-    values = tuple(curvature) if isinstance(curvature, Iterable) else ()
+    # An array of dimension 0 is no list.
+    is_list = isinstance(curvature, Iterable) and getattr(curvature, "ndim", True)
+    values: list[object] = list(curvature) if is_list else []  # type: ignore[call-overload]
     if not values:
         raise ArgumentError(f"curvature must be a number or a list of numbers, got {curvature!r}")
-    return values
+    first, *powers = values
+    while powers and powers[-1] == 0:
+        powers.pop()
+    return (first, *powers) if powers else first
 
 
 IDEAL = Mounting()

@@ -19,7 +19,7 @@ from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
-from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.curve import SAME, StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.solving import collocation
 from vibrissa.sticking.solving.offsets import solve_offset
@@ -423,7 +423,7 @@ def solve_onset(
     >>> print(f"{onset.x0_slip:.6f}")
     0.066904
     """
-    _check_surface(mu0, dx0)
+    check_surface(mu0, dx0)
     step = None if dx0 is None else float(dx0)
     return onset_on(solve_curve(theta, eta, method, step, contact, mounting, section), mu0, dx0)
 
@@ -496,10 +496,23 @@ def friction_from_travel(
         )
     after = min(float(x0_max) + float(dx0), curve.x0_lock)
     low, high = curve.state(np.array([float(x0_max), after])).mobilised_friction
+    travel = float(x0_max)
+    rises = travel <= SAME or (low > 0.0 and curve.onset(low) > travel - SAME)
+    if not (rises and high > low):
+        raise ArgumentError(
+            "the friction does not follow from the travel: in this mounting -tan alpha falls up to "
+            f"x0_max = {x0_max}, or in the next step"
+        )
     return FrictionRange(float(low), curve.mu_lock if after == curve.x0_lock else float(high))
 
 
-def _check_surface(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
+def check_surface(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
+    """Refuse a friction coefficient or a step that is not positive and finite.
+
+    Raises
+    ------
+    ArgumentError
+    """
     _check_numbers(mu0=mu0, **({} if dx0 is None else {"dx0": dx0}))
     for name, value in {"mu0": mu0, "dx0": dx0}.items():
         if value is not None and not (math.isfinite(value) and value > 0):
@@ -524,7 +537,7 @@ def onset_on(
     ArgumentError
         If mu0 or dx0 is not positive.
     """
-    _check_surface(mu0, dx0)
+    check_surface(mu0, dx0)
     stiction = read_curve(curve, [exact(mu0)], [exact(1 if dx0 is None else dx0)])
     status = stiction.status[0]
     if status is Status.SLIP:
@@ -565,6 +578,7 @@ def _past_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float],
         End.SWINGS_ASIDE: f"the rod buckles laterally at x0 = {x0}{then}",
         End.SLIPS_BACK: f"the tip slips back at x0 = {x0}",
         End.SNAPS: f"the rod snaps through at x0 = {x0}",
+        End.LIFTS_OFF: f"the tip slips or leaves the surface at x0 = {x0}",
         End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0} on",
         End.NOT_FOLLOWED: f"the motion was not followed: {curve.end_message}",
     }[End(stiction.end[0])]

@@ -95,7 +95,8 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
         if curve.end is not End.OUT_OF_REACH or not curve.pieces:
             status = Status.OUT_OF_REACH if message else Status.FAILED
             why = message or NO_MAXIMUM
-            return failed_curve(curve.theta, curve.eta, why, status, curve.method)
+            failed = failed_curve(curve.theta, curve.eta, why, status, curve.method)
+            return replace(failed, section=curve.section, mounting=curve.mounting)
         x0_lock = mu_lock = np.nan
     locks = not np.isnan(mu_lock)
     touch, last = _first_touch(curve, extremes), x0_lock if locks else curve.x0_end

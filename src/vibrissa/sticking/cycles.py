@@ -18,6 +18,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact, Status
+from vibrissa.sticking.api import check_surface
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.reading import mirrored
@@ -57,7 +58,8 @@ class Scan:
     s : ndarray, shape (points,)
         Arc lengths of the shape points (L).
     x, y, phi : ndarray, shape (n, points)
-        Positions (L) and slopes (rad) of the shapes; x is relative to the surface.
+        Positions (L) and slopes (rad) of the shapes; x is relative to the surface. They are
+        integrated from the clamp, and lose accuracy for θ above about 20: see `residual`.
     residual : ndarray, shape (n,)
         Distance between the integrated shape's end and the contact point (L).
     message : str
@@ -112,7 +114,8 @@ def stick_slip(
     Raises
     ------
     ArgumentError
-        If the step or the number of cycles is not positive, or a shape has fewer than two points.
+        If an argument is not positive, a shape has fewer than two points, or the contact model is
+        not that of the curve.
 
     Examples
     --------
@@ -127,9 +130,10 @@ def stick_slip(
         raise ArgumentError(f"cycles must be at least 1, got {cycles}")
     if shape_points < 2:
         raise ArgumentError(f"shape_points must be at least 2, got {shape_points}")
+    check_surface(mu0, dx0)
     dx0 = exact(dx0)
-    if not dx0 > 0:
-        raise ArgumentError(f"dx0 must be positive, got {dx0}")
+    if curve.mounting.stage_angle and curve.pieces.line.any() and contact != Contact.LINE:
+        raise ArgumentError("the curve was solved in line contact: give contact='line'")
     s = np.linspace(0.0, 1.0, shape_points)
 
     @cache  # on a level stage all later periods are the same
