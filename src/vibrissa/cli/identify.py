@@ -25,7 +25,8 @@ def identify(
         Path,
         typer.Argument(
             help="Time series, .csv or .parquet, or - for standard input, with the columns "
-            "footpoint, force_x, force_y and moment_z, each with its unit: 'force_x [N]'."
+            "footpoint and moment_z, or footpoint, force_x and force_y, or all four, each with its "
+            "unit: 'force_x [N]'."
         ),
     ],
     setup: Setup,

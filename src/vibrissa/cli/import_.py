@@ -10,7 +10,7 @@ from vibrissa.quantities import series
 from vibrissa.sensor.importing import Settings, import_recording
 
 EXAMPLE = (
-    "Example: `vibrissa import lab.txt --column 'force_x=Fz [mN]' --column 'force_y=-Fy' "
+    "Example: `vibrissa import lab.txt --column 'force_x=Fx [mN]' --column 'force_y=-Fy' "
     "--column footpoint=x_mm -o recording.csv`"
 )
 

@@ -120,7 +120,7 @@ class Axis:
 
 # The four parameters of a grid point, then the four of its rod's mounting (0 in the paper).
 AXES: Mapping[str, Axis] = {
-    "theta": Axis("taper factor, diameter of base over tip, from 1", Theta),
+    "theta": Axis("taper factor, diameter of base over tip, from 1 to 50", Theta),
     "mu0": Axis("coefficient of static friction, above 0", _Positive),
     "eta": Axis("distance between clamp and surface in units of L, between 0 and 1", Eta),
     "dx0": Axis("step of the clamp in units of L, from 1e-9", _Step),

@@ -75,12 +75,12 @@ class Settings(Keyed):
 
     Examples
     --------
-    >>> Settings.read(column={"force_x": "-Fz [mN]"}, tare="0 s, 2 s").tare
+    >>> Settings.read(column={"force_x": "-Fx [mN]"}, tare="0 s, 2 s").tare
     (Place(column='time', value=0.0), Place(column='time', value=2.0))
     """
 
     column: dict[str, str] = Field(default_factory=dict)
-    """Column of the file for a channel, with its unit if the file has none: 'force_x=Fz [mN]';
+    """Column of the file for a channel, with its unit if the file has none: 'force_x=Fx [mN]';
     'force_y=-Fy' turns its sign, 'time=#1' is the first column. Repeat for each channel. Columns
     named time, footpoint, force_x, force_y and moment_z need no option."""
     turn: Annotated[float, Kind.ANGLE] = 0.0
