@@ -169,7 +169,7 @@ def test_lone_spikes_are_left_out_and_named(response):
     readings = recording.readings.copy()
     at = [i for i in (300, 700, 1500) if TipPhase.SLIP not in truth.phase[i - 1 : i + 3]]
     assert at
-    readings[at, 0] += 0.3
+    readings[at, 0] += 30.0
     readings[at, 2] -= 0.1
     spiked = replace(recording, readings=readings)
     periods = found_in(spiked)
