@@ -77,3 +77,6 @@ def test_scan_and_identify_warn_of_a_rod_that_yields(diameter, warned, tmp_path)
     result = CliRunner().invoke(app, [*asked, "-o", str(tmp_path / "b.csv")])
     assert result.exit_code == 0
     assert ("warning: the rod yields: its strain" in result.stderr) == warned
+    # These positions lead to heights below 0: the ratio of the forces does not need them.
+    below = [*asked, "--method", "ratio", "--eta", "5 mm", "--stage-angle", "60 deg"]
+    assert CliRunner().invoke(app, below).exit_code == 0

@@ -65,7 +65,8 @@ def identify(
     hand_out(found, place + "\n".join(_lines(found, verbose)), output)
     periods = found.periods
     slips = (periods.status == PeriodStatus.SLIP) & (periods.grade != Grade.WRONG)
-    if setup.has_whisker and setup.rod is not None and slips.any():
+    # Without the model, the positions may lead to heights that no rod has.
+    if (found.by_model or found.beside is not None) and slips.any():
         # The rod bends most at its least height.
         lowest = setup.whisker.level(float(setup.whisker.height(periods.footpoint[slips]).min()))
         onset = float(lowest.curve.onset(periods.mu0[slips].max()))

@@ -22,13 +22,7 @@ HEADER = {name: f"310.2 ± {size}" for name, size in ZEROS.items()} | {"rate": "
 def signals():
     """Noisy signals of three periods of sticking."""
     return (
-        scan(
-            WHISKER,
-            surfaces.constant(0.3),
-            step="50 um",
-            to=["8 mm"],
-            law="kinetic",
-        )
+        scan(WHISKER, surfaces.constant(0.3), step="50 um", to=["8 mm"], law="kinetic")
         .measured("nano17-si-12-0.12")
         .columns()
     )
