@@ -72,7 +72,9 @@ def described(package: str, name: str) -> list[str]:
         return [f".. autoclass:: {name}", "   :members:", ""]
     if ismodule(thing):
         return [f".. automodule:: {package}.{name}", "   :members:", ""]
-    return [f".. auto{'function' if callable(thing) else 'data'}:: {name}", ""]
+    if callable(thing):
+        return [f".. autofunction:: {name}", ""]
+    return [f".. autodata:: {name}", "   :no-value:", ""]
 
 
 def public_names() -> str:
