@@ -6,6 +6,7 @@ look at the pictures, and at the difference of the texts, before you commit it.
 
 import numpy as np
 import pytest
+from matplotlib.artist import Artist
 from matplotlib.colors import to_hex
 
 from figure_rows import ROWS, drawn
@@ -55,7 +56,7 @@ def panel_of(axes):
 def look_of(figure):
     width, height = figure.get_size_inches()
     yield f"page {width:.3g} {height:.3g}"
-    for axes in figure.axes:
+    for axes in filter(Artist.get_visible, figure.axes):
         yield from panel_of(axes)
     yield from map(text_of, figure.texts)
     for legend in figure.legends:
