@@ -65,6 +65,19 @@ def test_a_rod_that_a_stage_takes_off_the_surface_lifts_off():
     assert states.reaction_fx == pytest.approx(-np.array([1.0, 100.0]) * states.reaction_fy)
 
 
+def test_a_tip_that_would_slip_back_before_it_lifts_off_locks():
+    mounting = Mounting(stage_angle=-0.1, clamp_angle=0.33, curvature=-0.37)
+    curve = solve_curve(2.7, 0.93, mounting=mounting)
+    demand = curve.mobilised_friction(np.linspace(0.0, curve.x0_end, 2001))
+    assert curve.mu_lock == pytest.approx(demand.max(), abs=1e-6) and curve.mu_lock < 0.14
+    ends, states = curve.motion_end(np.array([0.138, 0.15, 10.0]))
+    assert ends == [End.SLIPS_BACK, End.SLIPS_BACK, End.NOT_FOLLOWED]
+    assert states.mobilised_friction[:2] == pytest.approx([-0.138, -0.15])
+    assert curve.end_message.startswith(
+        "the normal force vanishes beyond x0 = 0.364367: a tip that"
+    )
+
+
 def test_a_single_state_is_found_on_both_sides_of_a_kink_and_next_to_a_limit_point():
     curve = solve_curve(3.0, 0.85, contact="line", section="planar")
     kink = curve.pieces.last_x0[0]

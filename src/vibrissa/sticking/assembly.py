@@ -17,6 +17,10 @@ NO_MAXIMUM = (
     "the computed states end before -tan alpha reaches a maximum; try a larger eta or a theta "
     "closer to 1"
 )
+LIFTS_AFTER = (
+    "the normal force vanishes beyond x0 = {x0:.6g}: a tip that still sticks there slips forward "
+    "or leaves the surface"
+)
 NOT_IN_PLANE = (
     "the rod leaves its plane already at alpha = 0; try section: planar, a smaller eta, or a "
     "curvature that is less towards the surface"
@@ -113,17 +117,21 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
 def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[StickingCurve]:
     """Cut each curve off where the first of its possible ends occurs."""
     pieces = Pieces.concatenate([curve.pieces for curve in followed])
-    rows, fy = np.arange(len(pieces)), pieces.samples.reaction_fy
+    rows, zeros = np.arange(len(pieces)), np.zeros(len(pieces))
+    fx, fy = pieces.samples.reaction_fx, pieces.samples.reaction_fy
     found = {
         End.OUT_OF_REACH: limits.out_of_reach,
         End.SWINGS_ASIDE: np.fmin(limits.swings_aside, _passes_under(followed, pieces)),
         End.SNAPS: pieces.turning_points(),
-        End.LIFTS_OFF: pieces.first(rows, fy, np.zeros(len(rows)), {"reaction_fy": 1.0}),
+        End.LIFTS_OFF: pieces.first(rows, fy, zeros, {"reaction_fy": 1.0}),
     }
     at = np.array([*found.values()])
     at[np.isnan(at)] = np.inf
     stop, ends = at.min(axis=0), np.array([*found], dtype=object)[at.argmin(axis=0)]
     begins = stop > pieces.start + SAME
+    # The tip is pushed forward again where fx falls through 0, as it does at α = 0.
+    falls_at = pieces.first(rows, -fx, zeros, {"reaction_fx": -1.0})
+    pushed_again = (falls_at > pieces.start + SAME) & (falls_at < stop)
     shorter, cut = pieces.copy(), np.flatnonzero(begins & (stop < pieces.stop))
     shorter.put(cut, pieces.take(cut).up_to(stop[cut]))
     kept = []
@@ -135,6 +143,14 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
             reason = str(limits.reason[row]) if end is End.OUT_OF_REACH else ""
         if end is End.SWINGS_ASIDE and last == own.start:
             reason = NOT_IN_PLANE
+        falls = own.start + np.flatnonzero(pushed_again[own.start : last])
+        forward = end is End.LIFTS_OFF and shorter.states.reaction_fx[last - 1, -1] < 0.0
+        if forward and len(falls):
+            # The lock is the maximum of −tan α before the tip would slip back, not the lift-off.
+            row = falls[-1:]
+            shorter.put(row, pieces.take(row).up_to(falls_at[row]))
+            end, last = End.NOT_FOLLOWED, int(row[0]) + 1
+            reason = LIFTS_AFTER.format(x0=shorter.last_x0[last - 1])
         some = shorter.take(np.arange(own.start, last))
         kept.append(replace(curve, pieces=some, end=end, end_message=reason))
     return kept

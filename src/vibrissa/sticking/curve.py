@@ -54,7 +54,7 @@ class StickingCurve:
         distance of the tip from the contact point (L).
     x0_lock, mu_lock : float
         Displacement (L) at which −tan α is largest, and −tan α there; it is infinite if fy vanishes
-        before a maximum.
+        before a maximum. If fy vanishes after α has become positive, both are those of the maximum.
     x0_touch : float
         Smallest displacement (L) at which φ1 = 0; NaN if there is none before the lock, 0 if the
         rod lies on the surface at α = 0 already.

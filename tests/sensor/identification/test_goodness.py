@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import stats
-from typer.testing import CliRunner
 
 from responses import respond
-from steel import NOISE, identified, measured, recording_of, write
+from steel import NOISE, identified, measured, recording_of
 from vibrissa import Mounting
-from vibrissa.cli.app import app
 from vibrissa.errors import MixedColumnsError
 from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.identification.goodness import Goodness
@@ -190,19 +188,6 @@ def test_a_period_that_does_not_fit_by_itself_does_not_spoil_the_others(response
     assert found.goodness.fits
     doubted = np.flatnonzero(found.periods.doubt != "")
     assert 3 in doubted and len(doubted) <= 2
-
-
-@pytest.mark.slow
-def test_the_command_says_what_does_not_fit(tmp_path, response):
-    recording = wrong(recorded(response), "modulus", 0.01)
-    write(tmp_path / "scan.csv", recording)
-    noise = ", ".join(f"{value:.9g}" for value in NOISE)
-    given = ["--theta", "2", "--eta", "0.85", "--noise", noise, "--tolerance", "exact"]
-    given += ["-o", str(tmp_path / "found.csv")]
-    said = CliRunner().invoke(app, ["identify", str(tmp_path / "scan.csv"), *given]).stdout
-    assert "The recording does not fit the set-up" in said
-    assert "modulus larger by 0.99" in said.splitlines()[2] or "modulus larger by 1" in said
-    assert "(explains 100% of the misfit)" in said
 
 
 @pytest.mark.slow

@@ -14,6 +14,8 @@ const NODES = [20, 26, 34, 46, 64, 90];
 /** Accuracy, as a part of a step, of the guess of a state; and of a displacement between two knots. */
 const ROUGHLY = 1e-3;
 const CLOSELY = 1e-9;
+/** Rounding error of a force. */
+const ROUNDING = 1e-9;
 
 /**
  * Solve the path of a rod on at least `fewest` nodes, a number that was enough for a similar rod.
@@ -58,22 +60,22 @@ function unsuitable(branch, state) {
 /** @type {(pushed: Arm, pulled: Arm) => Path} */
 function assembled(pushed, pulled) {
   const { branch, knots } = pushed;
+  const last = knots[knots.length - 1];
+  // Where the normal force vanishes, friction grows without limit if the tip did not tend to slip back before.
+  const lifts = pushed.end === "lifts";
+  const slips = lifts && !knots.some(({ state }) => state.fx > ROUNDING);
   // The demand is largest in a landmark, an exact state. A state next to it may exceed it by its error.
-  const landmarks = knots.filter((knot) => knot.exact);
+  const landmarks = (lifts ? knots.slice(0, -1) : knots).filter((knot) => knot.exact);
   const lock = landmarks.reduce((best, knot) =>
     demand(knot.state) > demand(best.state) ? knot : best,
   );
-  const last = knots[knots.length - 1];
-  const turns = pushed.end === "swings" || pushed.end === "snaps";
-  const inside = turns || demand(lock.state) > demand(last.state);
-  // Where the clamp pushes, friction grows without limit as the normal force vanishes.
-  const lifts = pushed.end === "lifts" && last.state.fx < 0;
+  const inside = ["lifts", "swings", "snaps"].includes(pushed.end) || demand(lock.state) > demand(last.state);
   return {
     branch,
     pushed,
     pulled,
-    lock: inside && !lifts ? lock : null,
-    muLock: lifts ? Infinity : inside ? demand(lock.state) : NaN,
+    lock: inside && !slips ? lock : null,
+    muLock: slips ? Infinity : inside ? demand(lock.state) : NaN,
     x0End: displacement(branch, last.state),
     x0Pulled: displacement(branch, pulled.knots[pulled.knots.length - 1].state),
   };
