@@ -1,6 +1,6 @@
 """Effect of each tolerance on the uncertainty of μ0, before and after adjustment to a recording.
 
-A steel rod of 1 mm x 100 mm, θ = 2 at 85 mm, scans 60 mm of a surface of friction 0.30 in steps of
+A steel rod of 0.8 mm x 100 mm, θ = 2 at 85 mm, scans 60 mm of a surface of friction 0.30 in steps of
 20 µm; the noise is 3 mN and 10 µN·m. With the default tolerances,
 
 - before: the error of μ0 for an error of one standard deviation, without adjustment;
@@ -19,7 +19,7 @@ from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances, told
 from vibrissa.wording import markdown_table
 
 NOISE = "3 mN, 3 mN, 10 uN*m"
-STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+STEEL = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
 ROD = {"theta": 2, "eta": "85 mm", "noise": NOISE, **STEEL}
 WHISKER = Setup.read(**ROD).whisker
 # Smaller effects are shown as a dash.
