@@ -155,7 +155,7 @@ def test_onset_out_of_reach_says_why():
         ({"dx0": 0.0}, "dx0"),
         ({"method": "magic"}, "method"),
         ({"section": "square"}, "section"),
-        ({"method": "shooting", "dx0": None}, "dx0"),
+        ({"method": "shooting", "dx0": None}, "shooting needs a positive and finite step dx0"),
     ],
 )
 def test_arguments_out_of_range_are_refused_by_name(arguments, named):

@@ -140,7 +140,8 @@ def test_failed_curve_gives_an_empty_failed_scan():
 
 
 @pytest.mark.parametrize(
-    ("argument", "value"), [("cycles", 0), ("shape_points", 1), ("mu0", -0.1), ("dx0", np.nan)]
+    ("argument", "value"),
+    [("cycles", 0), ("cycles", 1.5), ("shape_points", 1), ("mu0", -0.1), ("dx0", np.nan)],
 )
 def test_impossible_arguments_are_refused(curve, argument, value):
     arguments = {"mu0": 0.3, "dx0": 0.01, "cycles": 1, "shape_points": 5, argument: value}

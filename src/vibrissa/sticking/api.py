@@ -240,7 +240,7 @@ def solve_state(
     """
     _check(theta, eta, contact=contact, mounting=mounting)
     _check_numbers(x1=x1)
-    if not np.hypot(x1, eta) < 1.0:
+    if not math.hypot(x1, eta) < 1.0:
         raise ArgumentError(
             f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1"
         )
@@ -353,12 +353,12 @@ def solve_curve(
         )
     if dx0 is not None:
         _check_numbers(dx0=dx0)
-    if dx0 is None or not dx0 > 0.0:
-        raise ArgumentError(f"shooting needs a positive step dx0, got {dx0!r}")
+    if dx0 is None or not 0.0 < dx0 < np.inf:
+        raise ArgumentError(f"shooting needs a positive and finite step dx0, got {dx0!r}")
     # Imported here, as SciPy's integrators and optimisers take half a second to load.
     from vibrissa.sticking.solving import shooting
 
-    return shooting.solve_curve(theta, eta, dx0, section=RodSection(section))
+    return shooting.solve_curve(float(theta), float(eta), float(dx0), section=RodSection(section))
 
 
 @lru_cache(KEPT_CURVES)

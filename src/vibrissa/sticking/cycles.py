@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 from enum import StrEnum
 from functools import cache
+from numbers import Integral
 
 import numpy as np
 
@@ -126,10 +127,9 @@ def stick_slip(
     >>> print(scan.x1.round(4))
     [0.4173 0.4173 0.4173 0.4473 0.4473 0.4473 0.4773]
     """
-    if cycles < 1:
-        raise ArgumentError(f"cycles must be at least 1, got {cycles}")
-    if shape_points < 2:
-        raise ArgumentError(f"shape_points must be at least 2, got {shape_points}")
+    for name, number, least in (("cycles", cycles, 1), ("shape_points", shape_points, 2)):
+        if not isinstance(number, Integral) or number < least:
+            raise ArgumentError(f"{name} must be a whole number, at least {least}, got {number!r}")
     check_surface(mu0, dx0)
     dx0 = exact(dx0)
     if curve.mounting.stage_angle and curve.pieces.line.any() and contact != Contact.LINE:
