@@ -1,7 +1,7 @@
 """Effect of each tolerance on the uncertainty of μ0, before and after adjustment to a recording.
 
-A steel rod of 0.8 mm x 100 mm, θ = 2 at 85 mm, scans 60 mm of a surface of friction 0.30 in steps of
-20 µm; the noise is 3 mN and 10 µN·m. With the default tolerances,
+A steel rod of 0.8 mm x 100 mm, θ = 2 at 85 mm, scans 60 mm of a surface of friction 0.30 in steps
+of 20 µm; the noise is 3 mN and 10 µN·m. With the default tolerances,
 
 - before: the error of μ0 for an error of one standard deviation, without adjustment;
 - after: the square root of the amount by which the variance that all periods share would fall if

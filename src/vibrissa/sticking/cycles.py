@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 from enum import StrEnum
 from functools import cache
-from numbers import Integral
 
 import numpy as np
 
@@ -128,7 +127,7 @@ def stick_slip(
     [0.4173 0.4173 0.4173 0.4473 0.4473 0.4473 0.4773]
     """
     for name, number, least in (("cycles", cycles, 1), ("shape_points", shape_points, 2)):
-        if not isinstance(number, Integral) or number < least:
+        if not isinstance(number, int | np.integer) or number < least:
             raise ArgumentError(f"{name} must be a whole number, at least {least}, got {number!r}")
     check_surface(mu0, dx0)
     dx0 = exact(dx0)
