@@ -45,7 +45,7 @@ def read_layouts(path: Path) -> dict[str, Layout]:
         return TypeAdapter(dict[str, Layout]).validate_python(content)
     except (yaml.YAMLError, InvalidLayout) as error:
         raise ComparisonError(
-            f"{path} cannot be used ({error}). Each table needs the entry 'keys', a list of "
-            "columns, and the entry 'columns', with the word exact or {absolute: number, relative: "
-            "number} for each compared column"
+            f"{path} cannot be used. Each table needs the entry 'keys', a list of columns, and the "
+            "entry 'columns', with the word exact or {absolute: number, relative: number} for each "
+            f"compared column. {error}"
         ) from None

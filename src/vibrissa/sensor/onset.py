@@ -58,7 +58,7 @@ class WhiskerOnset(Tabular):
     whisker: Whisker
 
     def __repr__(self) -> str:
-        """Print a line for each quantity, in the units of the rod."""
+        """Print a line for each quantity, in SI units if the rod has them."""
         onset, units = self.onset, self.whisker.units
         lines = {
             "status": onset.status.value,
@@ -109,7 +109,7 @@ class WhiskerOnset(Tabular):
 
 
 def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> WhiskerOnset:
-    """Solve for the end of one period of sticking, in the units of the rod.
+    """Solve for the end of one period of sticking; prints in SI units if the rod has them.
 
     Parameters
     ----------
@@ -134,8 +134,8 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
     >>> from vibrissa.sensor import Whisker
     >>> steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
     >>> onset = solve(Whisker.read(2, "85 mm", **steel), mu0=0.4, step="20 um")
-    >>> print(onset.onset.status, f"{onset.onset.x0_slip:.6f}")
-    slip 0.052838
+    >>> print(onset.onset.status, f"{onset.onset.x0_slip:.6f} L")
+    slip 0.052838 L
     """
     units = whisker.units
     dx0 = None if step is None else units.read_positive(step, Kind.LENGTH, "step")

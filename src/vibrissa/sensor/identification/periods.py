@@ -183,7 +183,7 @@ class Periods(Batch):
         return np.array(["; ".join(doubts) for doubts in each], dtype=str)
 
     def doubted(self, *checks: Check) -> "Periods":
-        """Return a copy with more checks: reasons to doubt the friction of some periods."""
+        """Return a copy to which checks are added: reasons to doubt some periods."""
         return replace(self, checks=(*self.checks, *checks))
 
     def ended(self, status: StrArray, least: FloatArray) -> "Periods":

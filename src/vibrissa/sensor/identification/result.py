@@ -1,4 +1,4 @@
-"""Result of an identification: friction of the periods, in the units of the rod.
+"""Result of an identification: friction of the periods, in SI units if the rod has them.
 
 The friction by the model of the rod is compared with that by the ratio of the forces, which needs
 no rod. Both use the same samples, and the model uses them efficiently: the common errors of the
@@ -65,7 +65,7 @@ class Beside:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Identification(Tabular):
-    """Friction of the periods of a recording, in the units of the rod.
+    """Friction of the periods of a recording, in SI units if the rod has them.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class Identification(Tabular):
         return replace(self, periods=replace(self.periods, left_out=left_out))
 
     def doubted(self, *checks: Check) -> "Identification":
-        """Return a copy with more checks: reasons to doubt the friction of some periods."""
+        """Return a copy to which checks are added: reasons to doubt some periods."""
         return replace(self, periods=self.periods.doubted(*checks))
 
     def __repr__(self) -> str:

@@ -114,7 +114,8 @@ class Layout:
         found = found or [number for number, each in enumerate(names) if name.casefold() in each]
         if len(found) > 1:
             raise ArgumentError(
-                f"several columns are called {name}: give a number, as in {target}=#2"
+                f"several columns are called {name}: choose one by its place in the file; "
+                f"{target}=#2 is the second column"
             )
         if not found:
             return None
