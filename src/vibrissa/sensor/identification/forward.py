@@ -191,6 +191,8 @@ class SetUp:
         frictions = np.zeros((len(parameters), len(u)))
         step = np.full(len(parameters), STEP)
         step[self.task.number["eta"]] = -STEP_IN_GAP * (1.0 - self.given.eta)
+        # A rod that lies on the surface has no neighbour that is curved towards it.
+        step[self.task.number["curvature"]] = -STEP
         sets = self.p + np.diag(step)
         of_rod = [self.task.number[name] for name in OF_ROD]
         solved = dict(zip(of_rod, set_ups(self.task, self.given, *sets[of_rod]), strict=True))
