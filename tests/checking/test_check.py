@@ -18,8 +18,10 @@ from vibrissa.checking.differences import moved
 from vibrissa.checking.reference import bless, compare_folders
 from vibrissa.checking.tolerances import Tolerance, read_layouts
 from vibrissa.errors import ComparisonError
+from vibrissa.sticking.comparison import compare
 from vibrissa.study.reading import read_study
 from vibrissa.tables import store
+from vibrissa.tables.records import comparison_table
 
 ROOT = Path(__file__).parents[2]
 LAYOUTS = read_layouts(ROOT / "workflow/regression.yaml")
@@ -138,6 +140,12 @@ def test_rows_and_tables_that_come_and_go_are_told(tmp_path, blessed, stiction):
     states = small_study.states()
     more = with_results(tmp_path, "more", stiction, states=states)
     assert told((more, folder)) == [f"states: a new table of {len(states)} rows"]
+    compared = comparison_table("c", compare([2.0], [0.2, 0.4], [0.85]), "a")
+    one = with_results(tmp_path, "one", stiction, comparisons=compared)
+    bless(one, tmp_path / "r", LAYOUTS)
+    other = changed(compared, "x0_slip_line", 1, 0.1)
+    (line,) = told((with_results(tmp_path, "other", stiction, comparisons=other), tmp_path / "r"))
+    assert line.startswith("comparisons.x0_slip_line: 1 of 2 rows moved ")
     twice = pa.concat_tables([stiction, stiction.slice(0, 1)])
     assert (
         "1 row twice in the results: grid g"
@@ -184,6 +192,8 @@ def test_proofs_refute_numbers_and_agree_with_others(tmp_path, blessed, stiction
         lines = [one.text for one in found.differences if one.problem == "refuted"]
         assert bool(lines) == bool(refuted)
         assert all("2 of 2 numbers are refuted by their proofs" in one for one in lines)
+    (folder / "enclosures.csv").write_text(head + line.format(true).replace(",0.85,", ",0.8,"))
+    assert not compared(blessed).differences
     (folder / "enclosures.csv").write_text("x\n1\n")
     with pytest.raises(Exception, match="is no table of proved intervals"):
         compared(blessed)
@@ -191,13 +201,17 @@ def test_proofs_refute_numbers_and_agree_with_others(tmp_path, blessed, stiction
 
 def test_a_layout_that_says_nothing_is_refused(blessed, tmp_path):
     path = tmp_path / "my.yaml"
-    for text in ("stiction: 3", "a: {keys: [b], columns: {c: near}}", "a: ["):
+    near, unknown = "states: {keys: [b], columns: {c: near}}", "state: {keys: [b], columns: {}}"
+    for text in ("stiction: 3", near, unknown, "a: ["):
         path.write_text(text)
         with pytest.raises(ComparisonError, match=r"my\.yaml cannot be used"):
             read_layouts(path)
-    (blessed[1] / "stiction.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ComparisonError, match=r"is not a table .*; restore it"):
-        compared(blessed)
+    for damaged in (b"\xff\xfe\x00", b"study,grid\na,b,c\n"):
+        (blessed[1] / "stiction.csv").write_bytes(damaged)
+        with pytest.raises(ComparisonError, match=r"is not a table .*; restore it"):
+            compared(blessed)
+    with pytest.raises(ComparisonError, match="is a folder of results"):
+        bless(blessed[0], blessed[0], LAYOUTS)
     with pytest.raises(
         ComparisonError, match=r"has no file tables/stiction\.parquet; run the study"
     ):

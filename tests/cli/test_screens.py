@@ -20,6 +20,8 @@ MEASURED = "identify examples/measurement.csv -o out.csv"
 SCAN = f"scan {STEEL} --step '50 um' -o out.csv"
 LEANS = "--stage-angle '2 deg'"
 CURVED = "--clamp-angle '3 deg' --set curvature='1 m^-1' --set clamp_compliance='0.1 rad/(N*m)'"
+LIES = "--eta '55 mm' --contact line"
+PLANAR = "--set section=planar"
 NOISY = "--set noise='20 mN, 20 mN, 300 uN*m'"
 SOLVE = "solve -o out.csv --mu0"
 # Simulated recordings, which are then identified, with a rod unless the options say otherwise.
@@ -31,11 +33,8 @@ SIMULATED = {
     "straight": (f"--mu0 0.2 --to '15 mm' {CURVED} {NANO}", f"{STEEL} {NANO} --verbose"),
     "back": (f"--mu0 0.3 --to '12 mm' --to '1 mm' --to '14 mm' {NANO}", f"{STEEL} --method ratio"),
     "buckles": (f"--mu0 0.6 --to '60 mm' {NANO}", f"{STEEL} {NANO}"),
-    "planar": (f"--mu0 0.6 --to '45 mm' --set section=planar {NANO}", f"{STEEL} {NANO}"),
-    "lies": (
-        f"--mu0 0.7 --to '60 mm' --eta '55 mm' --contact line {NANO}",
-        f"{STEEL} {NANO} --eta '55 mm' --contact line",
-    ),
+    "planar": (f"--mu0 0.6 --to '40 mm' {PLANAR} {NANO}", f"{STEEL} {PLANAR} {NANO}"),
+    "lies": (f"--mu0 0.5 --to '25 mm' {LIES} {NANO}", f"{STEEL} {LIES} {NANO}"),
     "coarse": (f"--patches '0 mm: 0.2, 45 mm: 0.4' --step '1 mm' --to '60 mm' {NANO}", NANO),
     "noisy": (f"--mu0 0.3 --to '20 mm' {NOISY} --law kinetic", f"{STEEL} {NOISY}"),
 }

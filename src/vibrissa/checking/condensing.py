@@ -12,7 +12,7 @@ from vibrissa.tables.frames import to_pandas
 from vibrissa.tables.query import Readable
 
 # Tables of a study that are compared.
-TABLES = ("stiction", "scans", "states")
+TABLES = ("stiction", "scans", "states", "comparisons")
 _ROD = ["theta", "eta", *MOUNTING_AXES, "curvature_powers"]
 # Columns of a condensed cycle: column of its steps, and how the values of the steps are combined.
 _CYCLE = {
@@ -38,8 +38,8 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     """Read the tables in a folder of results, condensed enough to compare them in a diff.
 
     The result holds tables by name. ``stiction`` has all rows of the study, ``curves`` the first of
-    them for each rod, ``scans`` a row for each cycle and ``states`` a row for each state. ``scans``
-    and ``states`` exist only if the study has them.
+    them for each rod, ``scans`` a row for each cycle, ``states`` a row for each state, and
+    ``comparisons`` all rows. The last three exist only if the study has them.
     """
     found = {
         name: query.opened(path, schemas.TABLES[name])
@@ -50,8 +50,12 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
         raise ComparisonError(
             f"the folder {folder} has no file tables/stiction.parquet; run the study first"
         )
-    points = to_pandas(query.rows(found["stiction"], found["stiction"].schema.names))
-    result = {"stiction": points, "curves": points.drop_duplicates(_ROD)}
+    result: dict[str, pd.DataFrame] = {
+        name: to_pandas(query.rows(found[name], found[name].schema.names))
+        for name in ("stiction", "comparisons")
+        if name in found
+    }
+    result["curves"] = result["stiction"].drop_duplicates(_ROD)
     if "scans" in found:
         steps = _without_shapes(found["scans"])
         steps["is_slip"] = (steps["phase"] == "slip").fillna(False).astype(int)

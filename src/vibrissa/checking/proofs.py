@@ -42,11 +42,11 @@ def proved(
     path = reference / FILE
     try:
         proofs = pd.read_csv(path, dtype={"midpoint": str}).groupby("table")
-        return pd.concat(
+        parts = [
             _proved_in(str(name), rows, frames[str(name)], layouts[str(name)])
             for name, rows in proofs
             if name in frames and name in layouts
-        )
+        ]
     except FileNotFoundError:
         return pd.DataFrame()
     except (ValueError, KeyError) as error:
@@ -54,6 +54,7 @@ def proved(
             f"{path} is no table of proved intervals ({error!r}); restore it from version "
             "control, or delete it and make it anew with: python -m validation proof"
         ) from None
+    return pd.concat(parts) if parts else pd.DataFrame()
 
 
 def _proved_in(
@@ -67,11 +68,15 @@ def _proved_in(
     pairs = proofs[["table", "quantity", *keys, "midpoint", "radius"]].merge(
         values, on=[*keys, "quantity"]
     )
-    value, midpoint = pairs["value"].astype("Float64").to_numpy(float), pairs["midpoint"].map(float)
+    value, midpoint = (
+        pairs["value"].astype("Float64").to_numpy(float),
+        pairs["midpoint"].astype(float),
+    )
     # A proved number that is missing in the results is infinitely far off.
     off = np.nan_to_num(np.abs(value - midpoint) - pairs["radius"], nan=np.inf).clip(min=0.0)
     tolerances = [layout.columns[name] for name in pairs["quantity"]]
-    absolute, relative = np.array([(one.absolute, one.relative) for one in tolerances]).T
+    absolute = np.array([one.absolute for one in tolerances])
+    relative = np.array([one.relative for one in tolerances])
     is_wrong = off > absolute + relative * midpoint.abs()
     return pairs.assign(off=off, refuted=is_wrong)
 

@@ -4,6 +4,7 @@ Reference tables are CSV files, readable in a diff. Results are compared with th
 """
 
 import json
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from pandas.errors import ParserWarning
 
 from vibrissa.checking import proofs
 from vibrissa.checking.condensing import condensed
@@ -179,8 +181,10 @@ def read(path: Path) -> pd.DataFrame:
         If the file is not a table.
     """
     try:
-        return pd.read_csv(path, dtype=str, keep_default_na=False, index_col=False)
-    except ValueError as error:  # pandas' own errors and undecodable bytes are among them
+        with warnings.catch_warnings(action="error", category=ParserWarning):  # a row is too long
+            return pd.read_csv(path, dtype=str, keep_default_na=False, index_col=False)
+    # Pandas' own errors and undecodable bytes are ValueErrors.
+    except (ValueError, ParserWarning) as error:
         raise ComparisonError(
             f"{path} is not a table ({str(error).strip()}); restore it from version control, or "
             "delete it and type make bless, which takes your results as the reference"
@@ -188,7 +192,15 @@ def read(path: Path) -> pd.DataFrame:
 
 
 def bless(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> None:
-    """Write the results as reference tables; remove tables that the study no longer has."""
+    """Write the results as reference tables; remove tables that the study no longer has.
+
+    Raises
+    ------
+    ComparisonError
+        If there are no results, or `reference` is a folder of results.
+    """
+    if (reference / "tables").is_dir():
+        raise ComparisonError(f"{reference} is a folder of results: give another folder")
     found = _as_texts(condensed(results), layouts)
     reference.mkdir(parents=True, exist_ok=True)
     for name in layouts:

@@ -1,7 +1,7 @@
 """Layouts of reference tables: their keys, columns and tolerances."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, TypeAlias
 
 import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, NonNegativeFloat, TypeAdapter
@@ -32,7 +32,11 @@ class Layout(BaseModel):
     columns: dict[str, Annotated[Tolerance, BeforeValidator(_in_numbers)]]
 
 
-def read_layouts(path: Path) -> dict[str, Layout]:
+# Names of reference tables; see `vibrissa.checking.condensing.condensed`.
+Table: TypeAlias = Literal["stiction", "curves", "scans", "states", "comparisons"]
+
+
+def read_layouts(path: Path) -> dict[Table, Layout]:
     """Read the layouts of reference tables, by their names, from a YAML file.
 
     Raises
@@ -42,7 +46,7 @@ def read_layouts(path: Path) -> dict[str, Layout]:
     """
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return TypeAdapter(dict[str, Layout]).validate_python(content)
+        return TypeAdapter(dict[Table, Layout]).validate_python(content)
     except (yaml.YAMLError, InvalidLayout) as error:
         raise ComparisonError(
             f"{path} cannot be used. Each table needs the entry 'keys', a list of columns, and the "

@@ -130,6 +130,12 @@ class HeightRange:
         """Whether the tip is dragged behind the clamp after lateral buckling; see `Response`."""
         return all(part.branches[0].swings for part in self.parts)
 
+    @property
+    def lies(self) -> bool:
+        """Whether the rod lies on the surface in some of its states."""
+        branches = (branch for part in self.parts for branch in part.branches)
+        return any(branch.curve.pieces.line.any() for branch in branches)
+
     def part_of(self, eta: ArrayLike) -> IntArray:
         """Find the number of the part in which each height lies."""
         inner = [part.low for part in self.parts[1:]]
