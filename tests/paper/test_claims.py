@@ -42,6 +42,10 @@ def one_scan(evidence):
     return replace(evidence, scan=evidence.scans()[0])
 
 
+def moved_by_cycle(column):
+    return changed("scan", **{column: lambda rows: rows[column] + 0.1 * rows["cycle"]})
+
+
 def state(**values):
     return lambda evidence: replace(evidence, state={**evidence.state, **values})
 
@@ -171,48 +175,6 @@ MILLIMETRE = Rod(youngs_modulus=2.1e11, base_diameter=5e-3, length=1e-3)
 TIGHT = replace(PAPER, rtol=1e-5, atol=1e-7, simplex=1e-6)
 LOOSE = replace(PAPER, rtol=1e-2, atol=1e-4, simplex=1e-2, miss=0.1)
 
-EXPECTED = {
-    "pushed": HOLDS,
-    "event frequency": CONDITION,
-    "force unit": HOLDS,
-    "example rod": CONTRADICTED,
-    "taper of eq. (1)": CONTRADICTED,
-    "arc length": AMBIGUOUS,
-    "sense of α": HOLDS,
-    "two unknowns": CONDITION,
-    "shooting": CONDITION,
-    "sign of α": HOLDS,
-    "further deformed": CONDITION,
-    "end of sticking": CONDITION,
-    "μ0 from the load": CONDITION,
-    "longer with θ": CONDITION,
-    "deformation with θ": AMBIGUOUS,
-    "μ0 = 0.3 against 0.4": HOLDS,
-    "few steps": CONDITION,
-    "accurate drive": HOLDS,
-    "taper compensates": CONDITION,
-    "longer slides with θ": CONDITION,
-    "longer scan with θ": HOLDS,
-    "linear in θ": CONDITION,
-    "μ0 strengthens the taper's effect": CONDITION,
-    "levels of Figure 7": CONDITION,
-    "cause of the levels": HOLDS,
-    "no exact trend": CONDITION,
-    "non-linear in μ0": HOLDS,
-    "periods repeat": HOLDS,
-    "step size analysed": AMBIGUOUS,
-    "longer with μ0": CONDITION,
-    "μ0 from the moment": CONDITION,
-    "longer periods with θ and μ0": HOLDS,
-    "longer way": HOLDS,
-    "more steps": HOLDS,
-    "more events with μ0": CONTRADICTED,
-    "negative φ1 in Figure 8": HOLDS,
-    "penetration in Figure 8": HOLDS,
-    "correct in theory": HOLDS,
-    "contact along a line": CONDITION,
-}
-
 # Each statement with evidence that is not as it is, or with another value of a name in its module,
 # and the verdict on that.
 UNCHANGED = changed("taper")
@@ -293,6 +255,8 @@ OTHERWISE = [
         {},
         CONTRADICTED,
     ),
+    ("periods repeat", moved_by_cycle("x1"), {}, CONTRADICTED),
+    ("periods repeat", moved_by_cycle("shape_x"), {}, CONTRADICTED),
     (
         "periods repeat",
         lambda evidence: replace(evidence, scan=evidence.scan.iloc[:-1]),
@@ -374,20 +338,8 @@ def named(name):
     return found
 
 
-def test_every_statement_is_expected_and_can_come_out_otherwise():
-    names = [claim.name for claim in CLAIMS]
-    assert names == list(EXPECTED)
-    assert {name for name, *_ in OTHERWISE} == set(names)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", EXPECTED)
-def test_the_verdict_on_the_papers_study(evidence, name):
-    finding = named(name).judge(evidence)
-    assert finding.verdict == EXPECTED[name], finding
-    assert finding.reason
-    assert finding.quantities
-    assert all(np.isfinite(value) for value, _ in finding.quantities.values())
+def test_every_statement_can_come_out_otherwise():
+    assert {name for name, *_ in OTHERWISE} == {claim.name for claim in CLAIMS}
 
 
 @pytest.mark.slow
@@ -396,8 +348,11 @@ def test_the_verdict_on_the_papers_study(evidence, name):
     OTHERWISE,
     ids=[f"{name}-{verdict}" for name, *_, verdict in OTHERWISE],
 )
-def test_another_world_gets_another_verdict(monkeypatch, evidence, name, change, other, verdict):
-    assert verdict != EXPECTED[name]
+def test_another_world_gets_another_verdict(
+    monkeypatch, evidence, ledger, name, change, other, verdict
+):
+    (told,) = [row["verdict"] for row in ledger.to_pylist() if row["claim"] == name]
+    assert verdict != told
     claim = named(name)
     for replaced, value in other.items():
         monkeypatch.setattr(f"{claim.compute.__module__}.{replaced}", value)
@@ -496,10 +451,9 @@ def test_the_ledger_as_a_table_and_to_read(evidence, tmp_path):
     assert all(line.replace("\\|", "").count("|") == 6 for line in lines[4:])
 
 
-def test_the_ledger_reads_as_before(evidence, snapshot):
-    table = claims_table(CLAIMS, evidence, study="paper", method="collocation")
+def test_the_ledger_reads_as_before(ledger, snapshot):
     # Rounding errors differ from machine to machine.
-    assert re.sub(r"[\d.]+e-1\d", "~0", markdown(table)) == snapshot
+    assert re.sub(r"[\d.]+e-1\d", "~0", markdown(ledger)) == snapshot
 
 
 @pytest.mark.parametrize(
@@ -519,12 +473,18 @@ def test_nothing_is_judged_by_what_failed(paper, study_tables, table, status, wh
         gather(study_tables | {table: doctored}, dict(paper.claims))
 
 
-@pytest.mark.parametrize("change", [{"x0_trail": None}, {"status": "slip"}])
-def test_points_beyond_the_lock_are_needed_and_have_to_slip_in_the_end(paper, study_tables, change):
+@pytest.mark.parametrize(
+    ("status", "change"),
+    [("lock", {"x0_trail": None}), ("lock", {"status": "slip"}), ("slip", {"status": "lock"})],
+)
+def test_points_on_both_sides_of_the_lock_are_needed(paper, study_tables, status, change):
     table = study_tables["stiction"]
-    locked = [row | change if row["status"] == "lock" else row for row in table.to_pylist()]
-    doctored = table.from_pylist(locked, schema=table.schema)
-    with pytest.raises(TableError, match="grid 'friction' needs at least one μ0 above μ_lock"):
+    rows = [
+        row | change if (row["grid"], row["status"]) == ("friction", status) else row
+        for row in table.to_pylist()
+    ]
+    doctored = table.from_pylist(rows, schema=table.schema)
+    with pytest.raises(TableError, match="grid 'friction' needs at least 3 values of μ0 below"):
         gather(study_tables | {"stiction": doctored}, dict(paper.claims))
 
 

@@ -370,12 +370,14 @@ def test_claims_need_the_papers_points_and_say_what_to_remove(read):
     assert told.endswith("or remove the optional key `claims`")
     for old, new, needed in (
         ("theta: [2]", "theta: [2, 3]", "theta = 2, 3, but the paper's statements need 2 alone"),
+        ("mu0: [0.2, 0.3, 0.4]", "mu0: [0.2, 0.3, 0.4, 0.5]", "0.4 and no smaller or larger value"),
         ("theta: [2]", "theta: [2]\n    clamp_angle: [0.1]", "clamp_angle = 0.1, but"),
     ):
         text = (ROOT / "config.yaml").read_text().replace(old, new, 1)
         assert any(needed in one for one in mistakes(read, text))
-    (told,) = mistakes(read, (ROOT / "config.yaml").read_text().replace("point", "line", 1))
-    assert "remove the optional key `claims`" in told
+    for old, new in (("contact: point", "contact: line"), ("collocation", "shooting")):
+        (told,) = mistakes(read, (ROOT / "config.yaml").read_text().replace(old, new, 1))
+        assert "`method: collocation`: set all, or remove the optional key `claims`" in told
 
 
 def test_a_table_answers_a_part_of_the_study(read):

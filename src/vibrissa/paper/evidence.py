@@ -18,6 +18,8 @@ SOURCES = {
     "friction": ("stiction", "grid", {Status.SLIP, Status.LOCK}),
     "scan": ("scans", "scan", {Status.SLIP}),
 }
+# Least number of points of Figure 7 that slip: fewer have no trend.
+FEWEST_SLIPS = 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -107,8 +109,9 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     Raises
     ------
     TableError
-        If a row has a status that `SOURCES` does not allow, if Figure 7 has no point above μ_lock,
-        or if it has such a point for which the slip of the trailing rod is not known.
+        If a row has a status that `SOURCES` does not allow, if Figure 7 has fewer than
+        `FEWEST_SLIPS` points below μ_lock or none above it, or if it has a point above it for which
+        the slip of the trailing rod is not known.
     """
     found = {}
     for key, (table, column, allowed) in SOURCES.items():
@@ -121,10 +124,12 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
             )
     friction = found["friction"].sort_values("mu0", ignore_index=True)
     beyond = friction.loc[friction["status"] == Status.LOCK, "x0_trail"]
-    if beyond.empty or beyond.isna().any():
+    few = len(friction) - len(beyond) < FEWEST_SLIPS
+    if few or beyond.empty or beyond.isna().any():
         raise TableError(
-            f"the paper's statements cannot be judged: the grid {names['friction']!r} needs "
-            "at least one μ0 above μ_lock, and each must be at most 3"
+            f"the paper's statements cannot be judged: the grid {names['friction']!r} needs at "
+            f"least {FEWEST_SLIPS} values of μ0 below μ_lock and one above it, and each must be at "
+            "most 3"
         )
     return Evidence(
         taper=found["taper"].sort_values(["mu0", "theta"], ignore_index=True),

@@ -54,8 +54,11 @@ def ends(what: str, values: ArrayLike, unit: str) -> Quantities:
 
     The values are ordered by μ0.
     """
-    first, *_, last = np.asarray(values)
-    return {f"{what} at the smallest μ0": (first, unit), f"{what} at the largest": (last, unit)}
+    found = np.asarray(values)
+    return {
+        f"{what} at the smallest μ0": (found[0], unit),
+        f"{what} at the largest": (found[-1], unit),
+    }
 
 
 def judged(

@@ -289,14 +289,22 @@ def nonlinear_in_friction(evidence: Evidence) -> Finding:
 
 @judges("periods repeat")
 def periods_repeat(evidence: Evidence) -> Finding:
-    columns = ["f", "alpha", "reaction_m", "phi1"]
     worst = 0.0
     for rows in evidence.scans():
         # Without the first row: each later cycle starts from the slip that ends the cycle before.
-        first, *others = (cycle[columns].to_numpy() for _, cycle in rows.iloc[1:].groupby("cycle"))
+        first, *others = (_seen_from_clamp(cycle) for _, cycle in rows.iloc[1:].groupby("cycle"))
         if any(other.shape != first.shape for other in others):
             return judged({}, contradicted=True)
         worst = max(worst, *(float(np.abs(other - first).max()) for other in others))
     cycles = evidence.cycle_counts().to_numpy().min()
     quantities = {"cycles": (cycles, "1"), "largest difference": (worst, "1")}
     return judged(quantities, contradicted=worst >= NEGLIGIBLE)
+
+
+def _seen_from_clamp(steps: pd.DataFrame) -> FloatArray:
+    """Load, slope and position of the tip, and shape, with the clamp at 0: a row for each step."""
+    clamp = steps["footpoint"].to_numpy()[:, None]
+    state = steps[["f", "alpha", "reaction_m", "phi1"]].to_numpy()
+    tip = steps[["x1"]].to_numpy() - clamp
+    x, y = (np.stack(steps[axis].to_list()) for axis in ("shape_x", "shape_y"))
+    return np.hstack([state, tip, x - clamp, y])

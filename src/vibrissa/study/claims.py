@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from vibrissa.outcomes import Contact, RodSection
+from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.axes import MOUNTING_AXES, Values, spell_values
 from vibrissa.study.figures import unknown_name
 from vibrissa.study.sections import Mistakes, Section
@@ -37,9 +37,11 @@ class Claims(Section):
     def misfits(self, study: Any) -> Mistakes:
         """Find names and values that do not fit the study, a `vibrissa.study.model.Study`."""
         mistakes = Mistakes()
-        if (study.contact, study.section) != (Contact.POINT, RodSection.ROUND):
+        solved = study.contact, study.section, study.method
+        if solved != (Contact.POINT, RodSection.ROUND, Solver.COLLOCATION):
             mistakes.add(
-                f"the statements need `contact: point`, `section: round`: set both, {REMEDY}"
+                "the statements need `contact: point`, `section: round` and `method: collocation`: "
+                f"set all, {REMEDY}"
             )
         for key, needed in self.needed.items():
             name, source = getattr(self, key), key if key in ("scan", "state") else "grid"
@@ -49,11 +51,13 @@ class Claims(Section):
                 continue
             for axis, values in needed.items():
                 found, alone = data[name].axes[axis], len(values) == 1
-                if set(values) - set(found) or (alone and len(found) > 1):
+                # Other values may lie between those of the paper.
+                ends = (found[0], found[-1]) == (values[0], values[-1])
+                if set(values) - set(found) or not ends or (alone and len(found) > 1):
+                    only = "alone" if alone else "and no smaller or larger value"
                     mistakes.add(
                         f"{name!r} has {axis} = {spell_values(found)}, but the paper's statements "
-                        f"need {spell_values(values)}{' alone' * alone}; change "
-                        f"{axis} of {name!r}, {REMEDY}",
+                        f"need {spell_values(values)} {only}; change {axis} of {name!r}, {REMEDY}",
                         key,
                     )
         return mistakes
