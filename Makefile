@@ -68,7 +68,7 @@ reproduce: $(RUN_STAMPS)
 	@$(RUN)
 
 # Checked before the installation starts. Snakemake would ignore a missing profile.
-ifeq ($(wildcard $(PROFILE)/config.yaml),)
+ifneq ($(shell test -f "$(PROFILE)/config.yaml" && echo there),there)
 $(error No such profile: $(PROFILE))
 endif
 ifneq ($(filter study,$(MAKECMDGOALS)),)

@@ -35,7 +35,8 @@ def file_of(module):
 def main(arguments):
     """Do what the arguments say; return the exit status."""
     if arguments[0] == "--files":
-        print(*sorted({str(file_of(module)) for module, _ in skipped(arguments[1])}), sep="\n")
+        for path in sorted({str(file_of(module)) for module, _ in skipped(arguments[1])}):
+            print(path)
         return 0
     found = skipped(arguments[-1])
     print(f"{len(found)} tests were skipped:")

@@ -51,7 +51,8 @@ def test_a_study_runs_from_another_folder(fresh, tmp_path, snakefile):
 
 def test_another_workflow_may_contain_this_one(tmp_path):
     """As its module; YAML 1.1, by which Snakemake reads its file, takes 5e-3 for a text."""
-    (tmp_path / "mine.yaml").write_text("sensor:" + TINY.replace("\n", "\n  "))
+    study = "sensor:" + TINY.replace("\n", "\n  ")
+    (tmp_path / "mine.yaml").write_text(f"study: whole project\n{study}")
     (tmp_path / "Snakefile").write_text(
         f"""
 configfile: "mine.yaml"

@@ -114,8 +114,8 @@ def test_single_panels_of_a_figure_that_is_shown_whole_are_left_out(text):
     assert [key for key in Elements(text).values("button", "data-tab")] == [
         f"fig{number}" for number in range(3, 9)
     ]
-    alone = [Picture(key=key, caption="", png=png()) for key in ("fig4a", "lock_law")]
-    assert [one.name for one in shown(alone)] == ["Figure 4a", "Lock law"]
+    alone = [Picture(key=key, caption="", png=png()) for key in ("fig4a", "run1", "run1b")]
+    assert [one.name for one in shown(alone)] == ["Figure 4a", "Run1", "Run1b"]
 
 
 def test_the_papers_figures_are_compared_with_what_it_prints(study_tables, paper):

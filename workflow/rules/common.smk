@@ -10,7 +10,7 @@ try:
     from vibrissa.errors import StudyError
     from vibrissa.pipeline import ownership, places
     from vibrissa.provenance import digest
-    from vibrissa.study.reading import name_in, read_study
+    from vibrissa.study.reading import read_study
     from vibrissa.wording import figure_name
 except ImportError as error:
     raise WorkflowError(
@@ -31,17 +31,20 @@ os.environ.update(VIBRISSA_PACKAGES=str(places.PACKAGE.parent))
 container: "vibrissa.sif"
 
 
+# As a module of another workflow: the config that it gives is the study.
+INCLUDED = workflow.modifier.skip_configfile
+
 if not workflow.configfiles:  # with a file given, this directive would merge both
 
     configfile: str(places.PAPER)
 
 
-STUDY_FILE = places.near(Path(workflow.configfiles[-1]))
+STUDY_FILE = places.near(Path([workflow.main_snakefile, *workflow.configfiles][-1]))
 try:
-    if name_in(STUDY_FILE) or "study" not in config:
-        STUDY = read_study(STUDY_FILE, workflow.config_settings.config)
-    else:  # included as a module: the other workflow's config is the study
+    if INCLUDED:
         STUDY = read_study(None, config)
+    else:
+        STUDY = read_study(STUDY_FILE, workflow.config_settings.config)
     RESULTS = f"results/{STUDY.name}"
     ownership.check(Path(RESULTS), STUDY_FILE)
 except StudyError as error:

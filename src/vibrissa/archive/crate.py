@@ -23,6 +23,8 @@ CODE = (
     *("config.yaml", "LICENSE", "CITATION.cff"),
     *("docs/model.md", "docs/sketch.svg", "docs/tables.md"),
 )
+# Keys of CITATION.cff that describe the archive.
+CITED = ("title", "abstract", "authors", "license")
 _README = """# Study {study}
 
 Results of the study `{study}` and the program that made them: vibrissa {version}, commit {commit}.
@@ -107,7 +109,12 @@ def _copy(source: Path, place: Path) -> None:
 
 def _described(folder: Path, study: str, commit: str) -> ROCrate:
     """Describe the archive: what it is, who made it, its license, and its files."""
-    cited = yaml.safe_load((folder / "CITATION.cff").read_text(encoding="utf-8"))
+    try:
+        cited = yaml.safe_load((folder / "CITATION.cff").read_text(encoding="utf-8"))
+    except yaml.YAMLError as error:
+        raise ArchiveError(f"CITATION.cff is not valid YAML: {error}") from None
+    if missing := [key for key in CITED if not (isinstance(cited, dict) and cited.get(key))]:
+        raise ArchiveError(f"CITATION.cff has no {', '.join(missing)}, which an archive needs")
     crate = ROCrate(folder, init=True, version="1.1")
     crate.name = f"Study {study}: {cited['title']}"
     crate.description = (

@@ -1,6 +1,6 @@
 """Snakemake with this workflow: ``python -m vibrissa.pipeline`` takes the options of ``snakemake``.
 
-Ctrl-C and SIGTERM also end its jobs.
+Ctrl-C, SIGTERM and a terminal that is closed also end its jobs.
 """
 
 import os
@@ -17,6 +17,8 @@ PROFILE = HOME / "workflow/profiles/default"
 def main(arguments: list[str]) -> int:
     """Run the workflow with Snakemake's arguments; return the exit status."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    if signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:  # nohup ignores it
+        signal.signal(signal.SIGHUP, signal.default_int_handler)
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
     command += ["--workflow-profile", str(PROFILE), *arguments]  # the last profile wins
     child = None

@@ -14,6 +14,7 @@ from vibrissa.report.tables import MOUNTING, POINT, SCAN
 from vibrissa.study.axes import MOUNTING_AXES, in_list
 from vibrissa.tables import query
 from vibrissa.tables.query import Readable
+from vibrissa.tables.schemas import SHAPE
 from vibrissa.wording import counted, figure_name
 
 # Largest number of rows of all scans together in a page, and of scans.
@@ -51,7 +52,8 @@ def _is_repeatable(step: pd.Series) -> bool:
 
 def _solved(scans: Readable) -> list[pd.DataFrame]:
     """Split the rows by scan; omit scans without a result."""
-    rows = query.frame(scans, scans.schema.names)
+    shapes = {field.name for field in SHAPE}
+    rows = query.frame(scans, [name for name in scans.schema.names if name not in shapes])
     rows = rows[rows["footpoint"].notna()]
     groups = rows.groupby([*SCAN, *MOUNTING], sort=False, dropna=False)
     return [scan for _, scan in groups]

@@ -114,6 +114,7 @@ def shown(pictures: Sequence[Picture]) -> list[Picture]:
     names = {picture.name for picture in pictures}
 
     def is_part(name: str) -> bool:
-        return re.sub(r"(?<=\d)[a-z]$", "", name) in names - {name}
+        panel = re.fullmatch(r"(Figure \d+)[a-z]", name)
+        return panel is not None and panel[1] in names
 
     return [picture for picture in pictures if not is_part(picture.name)]
