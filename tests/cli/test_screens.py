@@ -55,8 +55,8 @@ COMMANDS = {
     "identify, wrong": f"{MEASURED} {STEEL} --set modulus='200 GPa' --tolerance exact",
     "identify, noisier": f"{MEASURED} {STEEL} --noise '1 mN, 1 mN, 5 uN*m'",
     **{
-        f"identify, {name}": f"scan {STEEL} --step '50 um' {scan} -o in.csv && "
-        f"identify in.csv {identify} -o out.csv"
+        f"identify, {name}": f"scan {STEEL} --step '50 um' {scan} -o in.parquet && "
+        f"identify in.parquet {identify} -o out.csv"
         for name, (scan, identify) in SIMULATED.items()
     },
     "design": "design --rod examples/wire.toml --step '50 um' --mu0 '0.2 to 0.4' --theta '1, 2' "

@@ -4,27 +4,21 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
 from responses import respond
 from steel import (
-    NANO,
     NOISE,
     ROD,
     SCALE,
     SENSOR,
-    SI,
     STIFF,
-    WHISKER,
     identified,
     measured,
     recording_of,
 )
-from vibrissa.cli.app import app
 from vibrissa.errors import WrongRodError
 from vibrissa.quantities.units import Units
 from vibrissa.sensor import Whisker, scan, surfaces
@@ -245,26 +239,6 @@ def test_noiseless_readings_need_a_noise(response):
     still = recording_of(np.arange(5.0) / 1e3, np.tile([-0.1, -1.2, -0.4], (5, 1)))
     with pytest.raises(ValueError, match="noise"):
         found_in(still, None)
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
-@pytest.mark.slow
-def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path):
-    out, found = tmp_path / "s.csv", tmp_path / "f.parquet"
-    way = ["--step", "50 um", "--to", "100 mm", "--patches", "0 mm: 0.25, 90 mm: 0.35"]
-    assert run("scan", *WHISKER, *SI, *NANO, *way, "-o", out).exit_code == 0
-    asked = ["--method", "model", "-o", found]
-    result = run("identify", out, *WHISKER, *SI, *NANO, *asked)
-    assert result.exit_code == 0, result.output
-    rows = [row for row in pq.read_table(found).to_pylist() if row["status"] == "slip"]
-    assert len(rows) > 30
-    for row in rows:
-        if abs(row["contact"] - 0.09) > 1e-3:
-            expected = 0.25 if row["contact"] < 0.09 else 0.35
-            assert abs(row["mu0"] - expected) < 5 * row["deviation"]
 
 
 HEADER = "time [s],footpoint [mm],force_x [N],force_y [N],moment_z [N*mm]\n"
