@@ -25,6 +25,8 @@ NOT_IN_PLANE = (
     "the rod leaves its plane already at alpha = 0; try section: planar, a smaller eta, or a "
     "curvature that is less towards the surface"
 )
+# Forces below this are rounding errors (E·I0/L²).
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -129,9 +131,9 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
     at[np.isnan(at)] = np.inf
     stop, ends = at.min(axis=0), np.array([*found], dtype=object)[at.argmin(axis=0)]
     begins = stop > pieces.start + SAME
-    # The tip is pushed forward again where fx falls through 0, as it does at α = 0.
-    falls_at = pieces.first(rows, -fx, zeros, {"reaction_fx": -1.0})
-    pushed_again = (falls_at > pieces.start + SAME) & (falls_at < stop)
+    # Samples at which the tip is pushed back.
+    places = pieces.sample_places
+    back = (fx > ROUNDING) & (places < stop[:, None])
     shorter, cut = pieces.copy(), np.flatnonzero(begins & (stop < pieces.stop))
     shorter.put(cut, pieces.take(cut).up_to(stop[cut]))
     kept = []
@@ -143,12 +145,12 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
             reason = str(limits.reason[row]) if end is End.OUT_OF_REACH else ""
         if end is End.SWINGS_ASIDE and last == own.start:
             reason = NOT_IN_PLANE
-        falls = own.start + np.flatnonzero(pushed_again[own.start : last])
+        pushed_back = own.start + np.flatnonzero(back[own.start : last].any(axis=1))
         forward = end is End.LIFTS_OFF and shorter.states.reaction_fx[last - 1, -1] < 0.0
-        if forward and len(falls):
-            # The lock is the maximum of −tan α before the tip would slip back, not the lift-off.
-            row = falls[-1:]
-            shorter.put(row, pieces.take(row).up_to(falls_at[row]))
+        if forward and len(pushed_back):
+            # The lock is the maximum of −tan α before the tip is pushed back, not the lift-off.
+            row = pushed_back[-1:]
+            shorter.put(row, pieces.take(row).up_to(places[row, back[row[0]].nonzero()[0][-1]]))
             end, last = End.NOT_FOLLOWED, int(row[0]) + 1
             reason = LIFTS_AFTER.format(x0=shorter.last_x0[last - 1])
         some = shorter.take(np.arange(own.start, last))
