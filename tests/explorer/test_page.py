@@ -467,6 +467,18 @@ class TestPage:
         assert first.startswith("0,0,-1.15") and ",2,0.85,0.4," in first and len(rest) > 10
 
 
+def curve_of(settings):
+    """Python's curve of the page's rod."""
+    given = dict.fromkeys(["beta", "compliance", "kappa0", "kappa1", "delta"], 0) | settings
+    mounting = Mounting(
+        clamp_angle=math.radians(given["beta"]),
+        clamp_compliance=given["compliance"],
+        curvature=(given["kappa0"], given["kappa1"]),
+        stage_angle=math.radians(given["delta"]),
+    )
+    return solve_curve(given["theta"], given["eta"], mounting=mounting)
+
+
 @pytest.fixture
 def functions(browser):
     """Functions of the page without the page."""
@@ -524,22 +536,43 @@ class TestFunctions:
         self.stepped_as(rows, functions, settings)
 
     @pytest.mark.parametrize(
-        ("settings", "mounting"),
+        "settings",
         [
-            ({"beta": 5.0, "kappa0": -0.2}, {"clamp_angle": 5.0, "curvature": -0.2}),
-            ({"compliance": 0.1}, {"clamp_compliance": 0.1}),
-            ({"delta": 3.0, "kappa1": -0.1}, {"stage_angle": 3.0, "curvature": (0, -0.1)}),
-            ({"delta": -3.0}, {"stage_angle": -3.0}),
+            {"beta": 5.0, "kappa0": -0.2},
+            {"compliance": 0.1},
+            {"delta": 3.0, "kappa1": -0.1},
+            {"delta": -3.0},
         ],
     )
-    def test_steps_in_other_mountings_are_those_of_a_study(self, functions, settings, mounting):
-        angles = ("clamp_angle", "stage_angle")
-        given = {k: math.radians(v) if k in angles else v for k, v in mounting.items()}
-        rows = stick_slip(solve_curve(2.0, 0.8, mounting=Mounting(**given)), 0.3, 0.005, 4)
+    def test_steps_in_other_mountings_are_those_of_a_study(self, functions, settings):
+        settings = {"theta": 2.0, "eta": 0.8, "mu0": 0.3, "dx0": 0.005} | settings
+        rows = stick_slip(curve_of(settings), 0.3, 0.005, 4)
         assert len(rows.footpoint) > 8
-        self.stepped_as(
-            rows, functions, {"theta": 2.0, "eta": 0.8, "mu0": 0.3, "dx0": 0.005} | settings
-        )
+        self.stepped_as(rows, functions, settings)
+
+    @pytest.mark.parametrize(
+        ("settings", "by", "friction"),
+        [
+            ({"theta": 2, "eta": 0.98, "beta": 10, "kappa0": -0.3, "delta": -6}, "slips", 1),
+            ({"theta": 1, "eta": 0.95, "beta": 20}, "slips back", -1),
+            (
+                {"theta": 1.7, "eta": 0.93, "beta": 16, "compliance": 0.4, "kappa0": -0.9}
+                | {"kappa1": 0.2, "delta": -3},
+                "lets go",
+                0,
+            ),
+        ],
+    )
+    def test_before_it_lifts_off_a_tip_ends_to_stick(self, functions, settings, by, friction):
+        high, lock, found = functions.evaluate(f"""(() => {{
+            const model = new Model();
+            model.change({json.dumps({"mu0": 1} | settings)});
+            const {{ high, path, highBy }} = model.sticking;
+            return [high, String(path.muLock), highBy];
+        }})()""")
+        curve = curve_of(settings)
+        assert found == by and float(lock) == pytest.approx(curve.mu_lock)
+        assert curve.mobilised_friction(high) == pytest.approx(friction, abs=1e-6)
 
     @pytest.mark.parametrize("law", ["free", "kinetic", "energy"])
     @pytest.mark.parametrize("pulled", [False, True])

@@ -102,14 +102,6 @@ def test_a_path_ends_at_the_same_arch(page, theta, eta, mounting):
     assert end == ["inadmissible", pytest.approx(curve.x0_end, abs=1e-9)]
 
 
-def test_a_tip_that_would_slip_back_before_it_lifts_off_locks(page):
-    mounting = Mounting(stage_angle=-0.1, clamp_angle=0.33, curvature=-0.37)
-    point = agreement.Point(2.7, 0.93, 0.3, Contact.POINT, mounting).asked()
-    lock = solved(page, "[path.muLock, displacement(path.branch, path.lock.state)]", **point)
-    curve = solve_curve(2.7, 0.93, mounting=mounting)
-    assert lock == pytest.approx([curve.mu_lock, curve.x0_lock], abs=1e-6)
-
-
 def test_a_state_that_only_one_solver_finds_counts():
     assert agreement.differences({"mu_lock": 0.5}, {"message": "lost"})["mu_lock"] == float("inf")
     assert agreement.differences({}, {"x0_slip": 0.1})["x0_slip"] == float("inf")

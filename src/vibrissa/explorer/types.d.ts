@@ -133,7 +133,7 @@ interface Knot {
   factors: Factors; // of the Jacobian, for states nearby
 }
 
-type End = "swings" | "snaps" | "lifts" | "inadmissible" | "steep" | "lost";
+type End = "swings" | "snaps" | "lifts" | "inadmissible" | "lost";
 
 /** How, where and why an arm ends. */
 interface Ending {
@@ -156,7 +156,8 @@ interface Path {
   pulled: Arm;
   lock: Knot | null; // the critical state; null where −tan α has no maximum
   muLock: number; // infinite if the tip lifts off; NaN if the path ends before the lock
-  x0End: number; // displacement at the end of the pushed arm
+  x0End: number; // displacement up to which a pushed tip may stick
+  endsBy: Limit;
   x0Pulled: number; // displacement at the end of the pulled arm, negative
 }
 
@@ -182,7 +183,7 @@ interface Friction {
 }
 
 /** Why sticking ends at a displacement. */
-type Limit = "slips" | "swings" | "slips back" | "snaps" | "lifts" | "inadmissible" | "unknown";
+type Limit = End | "slips" | "slips back" | "lets go";
 
 /** Displacements x0 at which sticking ends on a path with given friction. */
 interface Sticking {

@@ -22,8 +22,6 @@ const MOST_STEPS = 400;
 const NEARLY_LEVEL = 0.02;
 const LOOKS_AHEAD = 5;
 const ZOOMS = 3;
-/** Friction up to which a pulled tip is followed. */
-const MOST_PULLED = 3;
 const TINY = 1e-13;
 /** Largest size of the last coefficients of the slope at which the nodes suffice; the ends are more accurate. */
 const RESOLVED = 1e-7;
@@ -226,9 +224,6 @@ function turning(branch, side, from, to) {
     const state = solvedState(rod, to.state.unknowns, { surface, contact, condition });
     return state && knotAfter(branch, from, state);
   };
-  if (side < 0 && to.state.fx > -MOST_PULLED * to.state.fy) {
-    return { end: "steep", knot: where({ fx: 1, fy: MOST_PULLED, value: 0 }) };
-  }
   if (to.state.fy >= 0) return { end: "lifts", knot: where({ fy: 1, value: 0 }) };
   if (round && swung(branch, to.state) <= 0) {
     const curved = !isStraight(rod.mounting);

@@ -2,7 +2,7 @@
 
 import { displacement } from "./arm.js";
 import { bracketedRoot } from "./numerics/roots.js";
-import { backOnset, onset, pulledOnset, stateAt, touch } from "./path.js";
+import { backOnset, onset, stateAt, touch } from "./path.js";
 import { isIdealRod } from "./rod/mounting.js";
 import { demand } from "./rod/state.js";
 
@@ -13,17 +13,17 @@ const TOLERANCE = 1e-12;
 
 /** Find where sticking ends. @type {(path: Path, friction: Friction) => Sticking} */
 export function stickingOf(path, friction) {
-  const { branch, pushed } = path;
+  const { branch, pushed, pulled } = path;
   /** @param {State | null} state */
   const at = (state) => (state ? displacement(branch, state) : NaN);
   const slip = at(onset(path, friction.mu0));
-  const back = at(backOnset(path, friction.mu0));
-  const pulled = at(pulledOnset(path, friction.mu0));
+  const back = at(backOnset(pushed, friction.mu0));
+  const low = at(backOnset(pulled, friction.mu0));
   /** @type {[number, Limit][]} */
   const limits = [
     [slip, "slips"],
     [back, "slips back"],
-    [path.x0End, pushed.end === "lost" || pushed.end === "steep" ? "unknown" : pushed.end],
+    [path.x0End, path.endsBy],
   ];
   const known = limits.filter(([x0]) => !Number.isNaN(x0));
   const [high, highBy] = known.reduce((a, b) => (b[0] < a[0] ? b : a));
@@ -32,8 +32,8 @@ export function stickingOf(path, friction) {
     friction,
     high,
     highBy,
-    low: Number.isNaN(pulled) ? path.x0Pulled : pulled,
-    lowBy: Number.isNaN(pulled) ? "unknown" : "slips",
+    low: Number.isNaN(low) ? path.x0Pulled : low,
+    lowBy: Number.isNaN(low) ? "lost" : "slips",
     touch: at(touch(path)),
     lock: Number.isNaN(slip) && path.lock ? at(path.lock.state) : NaN,
   };
@@ -126,7 +126,7 @@ export function restOf({ path, friction }, from) {
   const { mu0, ratio, law } = friction;
   if (law === "free") return 0;
   if (law === "kinetic") {
-    const state = from > 0 ? onset(path, ratio * mu0) : pulledOnset(path, ratio * mu0);
+    const state = from > 0 ? onset(path, ratio * mu0) : backOnset(path.pulled, ratio * mu0);
     return state ? displacement(path.branch, state) : 0;
   }
   let x0 = from;

@@ -61,11 +61,14 @@ function unsuitable(branch, state) {
 function assembled(pushed, pulled) {
   const { branch, knots } = pushed;
   const last = knots[knots.length - 1];
-  // Where the normal force vanishes, friction grows without limit if the tip did not tend to slip back before.
+  // Where the normal force vanishes, friction grows without limit if the tip did not tend to slip back before. If
+  // it did, the path ends where the tip is pushed forward again.
   const lifts = pushed.end === "lifts";
-  const slips = lifts && !knots.some(({ state }) => state.fx > ROUNDING);
+  const again = lifts && firstRise(pushed, ({ fx }) => ROUNDING - fx, { fx: 1, value: ROUNDING });
+  const slips = lifts && !again && last.state.fx < 0;
+  const x0End = displacement(branch, again || last.state);
   // The demand is largest in a landmark, an exact state. A state next to it may exceed it by its error.
-  const landmarks = (lifts ? knots.slice(0, -1) : knots).filter((knot) => knot.exact);
+  const landmarks = knots.filter(({ exact, state }) => exact && !(lifts && displacement(branch, state) >= x0End));
   const lock = landmarks.reduce((best, knot) =>
     demand(knot.state) > demand(best.state) ? knot : best,
   );
@@ -76,7 +79,8 @@ function assembled(pushed, pulled) {
     pulled,
     lock: inside && !slips ? lock : null,
     muLock: slips ? Infinity : inside ? demand(lock.state) : NaN,
-    x0End: displacement(branch, last.state),
+    x0End,
+    endsBy: again ? "lets go" : pushed.end,
     x0Pulled: displacement(branch, pulled.knots[pulled.knots.length - 1].state),
   };
 }
@@ -113,28 +117,21 @@ function solvedBetween(branch, from, to, value, condition) {
 }
 
 /**
- * The exact onset of slip ahead, the first state with −tan α = μ0; null where the tip locks.
+ * The exact onset of slip ahead, the first state with −tan α = μ0; null where the tip locks. Differences of forces
+ * show it, as tan α jumps to the other sign where the normal force vanishes.
  * @type {(path: Path, mu0: number) => State | null}
  */
 export function onset(path, mu0) {
-  return mu0 > path.muLock ? null : firstRise(path.pushed, (state) => demand(state) - mu0, {
-    fx: 1,
-    fy: -mu0,
-    value: 0,
-  });
+  const condition = { fx: 1, fy: -mu0, value: 0 };
+  return mu0 > path.muLock ? null : firstRise(path.pushed, ({ fx, fy }) => mu0 * fy - fx, condition);
 }
 
 /**
- * The state in which a pulled tip slips, tan α = μ0; null beyond the end of the path.
- * @type {(path: Path, mu0: number) => State | null}
+ * The state in which the tip slips back, tan α = μ0: a pulled tip on the pulled arm, a locked one on the pushed arm.
+ * @type {(arm: Arm, mu0: number) => State | null}
  */
-export function pulledOnset(path, mu0) {
-  return firstRise(path.pulled, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
-}
-
-/** The state in which a locked tip slips back, tan α = μ0. @type {(path: Path, mu0: number) => State | null} */
-export function backOnset(path, mu0) {
-  return firstRise(path.pushed, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
+export function backOnset(arm, mu0) {
+  return firstRise(arm, ({ fx, fy }) => fx + mu0 * fy, { fx: 1, fy: mu0, value: 0 });
 }
 
 /**
