@@ -206,7 +206,7 @@ interface Place {
 
 /** An event while the clamp moves. */
 interface Incident {
-  what: Limit | "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks";
+  what: Limit | "flies off" | "slides along" | "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks";
   clamp: number;
   x0: number;
   rest: number; // displacement after the event

@@ -17,6 +17,10 @@ export function told(event, { path, friction }, length) {
       const start = `${event.x0 > 0 ? "" : "The clamp pulls: "}The tip slips at x0 = ${at}`;
       return event.rest === 0 ? `${start}; x0 reset to 0.` : `${start} and stops at x0 = ${length(event.rest)}.`;
     }
+    case "flies off":
+      return `The slip at x0 = ${at} releases so much energy that the tip lifts off or passes the last known state. ${ANEW}`;
+    case "slides along":
+      return `The tip slides along with the clamp at x0 = ${at}: kinetic friction is as large as static friction.`;
     case "locks":
       return `μ0 = ${spelled(friction.mu0, 3)} is above μ_lock = ${spelled(path.muLock, 4)}: pushing cannot make the tip slip.`;
     case "unlocks":
