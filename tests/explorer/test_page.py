@@ -517,7 +517,7 @@ class TestFunctions:
             functions.evaluate(f"""(() => {{
                 const model = new Model();
                 model.change({json.dumps(settings)});
-                model.restart();
+                model.restore(0, 0, 1);
                 for (let k = 1; k < {count}; k += 1) model.step();
                 return JSON.stringify(
                     model.trace.map((row) => [row.clamp, row.contact, row.fx, row.fy, row.m]));

@@ -117,6 +117,7 @@ interface Branch {
   model: Contact;
   round: boolean;
   x1: number; // offset of the first state
+  way: number; // displacement along the surface per displacement of the clamp
   surface: Surface;
   scale: number; // offset of the first state in the ideal mounting
   force: number; // force of that state
@@ -204,9 +205,11 @@ interface Place {
   side: number; // 1 where the tip is ahead of the clamp, -1 where the rod trails behind it
 }
 
+type Passed = "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks";
+
 /** An event while the clamp moves. */
 interface Incident {
-  what: Limit | "flies off" | "slides along" | "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks";
+  what: Limit | "flies off" | "slides along" | Passed;
   clamp: number;
   x0: number;
   rest: number; // displacement after the event

@@ -30,12 +30,12 @@ const RESOLVED_ARCH = 1e-11;
 
 /** Displacement of the clamp since α = 0. @type {(branch: Branch, state: State) => number} */
 export function displacement(branch, state) {
-  return (branch.x1 - state.offset) / Math.cos(branch.rod.mounting.stage);
+  return (branch.x1 - state.offset) / branch.way;
 }
 
 /** Offset of the state at a displacement. @type {(branch: Branch, x0: number) => number} */
 export function offsetAt(branch, x0) {
-  return branch.x1 - x0 * Math.cos(branch.rod.mounting.stage);
+  return branch.x1 - x0 * branch.way;
 }
 
 /** Derivative of the demand −tan α along the path. @type {(knot: Knot, branch: Branch) => number} */

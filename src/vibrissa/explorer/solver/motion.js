@@ -41,21 +41,16 @@ export function stickingOf(path, friction) {
   };
 }
 
-/** Displacement along the surface per displacement of the clamp. @type {(sticking: Sticking) => number} */
-function wayAlong({ path }) {
-  return Math.cos(path.branch.rod.mounting.stage);
-}
-
 /** Displacement of the clamp since α = 0. @type {(sticking: Sticking, place: Place) => number} */
 export function x0Of(sticking, { clamp, contact, side }) {
-  const way = wayAlong(sticking);
-  return (side * (way * clamp - contact) + sticking.path.branch.x1) / way;
+  const { x1, way } = sticking.path.branch;
+  return (side * (way * clamp - contact) + x1) / way;
 }
 
 /** The place at a displacement. @type {(sticking: Sticking, clamp: number, x0: number, side: number) => Place} */
 export function placed(sticking, clamp, x0, side) {
-  const way = wayAlong(sticking);
-  return { clamp, contact: way * clamp + side * (sticking.path.branch.x1 - way * x0), side };
+  const { x1, way } = sticking.path.branch;
+  return { clamp, contact: way * clamp + side * (x1 - way * x0), side };
 }
 
 /**
@@ -131,7 +126,10 @@ function passed(sticking, place, to) {
     });
 }
 
-/** Displacement at which a slipping tip comes to rest; NaN if it does not in known states. @type {(sticking: Sticking, from: number) => number} */
+/**
+ * Displacement at which a slipping tip comes to rest; NaN if it does not in known states.
+ * @type {(sticking: Sticking, from: number) => number}
+ */
 export function restOf({ path, friction }, from) {
   const { mu0, ratio, law } = friction;
   if (law === "free") return 0;

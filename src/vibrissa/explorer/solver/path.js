@@ -46,7 +46,8 @@ function branchOf(rod, { eta, contact, round }, { state, ideal }) {
   const tilt = Math.tan(rod.mounting.stage);
   const surface = { level: eta - tilt * state.offset, tilt };
   const unit = { scale: ideal.offset, force: -ideal.fy };
-  return { rod, eta, model: contact, round, x1: state.offset, surface, ...unit };
+  const way = Math.cos(rod.mounting.stage);
+  return { rod, eta, model: contact, round, x1: state.offset, way, surface, ...unit };
 }
 
 /** Why no period can begin in a state; empty if one can. @type {(branch: Branch, state: State) => string} */
@@ -230,7 +231,6 @@ function course({ rod, surface }, { state, change, offsetChange }) {
 
 /** @type {(branch: Branch, values: number[]) => number[]} */
 function sample(branch, [offset, height, fx, fy, sc, energy]) {
-  const x0 = (branch.x1 - offset) / Math.cos(branch.rod.mounting.stage);
   // The moment of the contact force about the clamp.
-  return [x0, fx, fy, fy * (offset - 1 + sc) - fx * height, energy];
+  return [(branch.x1 - offset) / branch.way, fx, fy, fy * (offset - 1 + sc) - fx * height, energy];
 }

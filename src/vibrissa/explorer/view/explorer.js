@@ -59,8 +59,6 @@ export class Explorer {
     const [fields, choices, mounting, rod] = ["fields", "choices", "mounting", "rod"].map((name) => this.at(name));
     this.controls = new Controls({ fields, choices, mounting, rod }, (change) => this.change(change));
     this.readouts = new Readouts(this.at("readouts"));
-    /** @type {Path | undefined} */
-    this.firstOf = undefined;
     this.playing = false;
     this.stopAt = Infinity;
     this.due = 0;
@@ -182,7 +180,7 @@ export class Explorer {
   restart() {
     this.play(false);
     this.slide = null;
-    this.model.restart();
+    this.model.restore(0, 0, 1);
     this.stopAt = Infinity;
     this.say("");
     this.dirty = true;
@@ -393,13 +391,10 @@ export class Explorer {
     if (!sticking) return;
     const { rod, force: unit } = sticking.path.branch;
     const shape = rod.shape(now.state, POINTS);
-    if (this.firstOf !== sticking.path) {
-      this.firstOf = sticking.path;
-      this.first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
-    }
+    const first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
     const { length } = this.units.scale;
     const slides = this.slide !== null;
-    this.stage.show({ settings, now, shape, first: this.first ?? shape, length, unit, slides });
+    this.stage.show({ settings, now, shape, first, length, unit, slides });
     const text = `${this.length(now.clamp)}, ${said}`;
     set(this.stage.clamp, { "aria-valuenow": now.clamp.toFixed(4), "aria-valuetext": text });
   }

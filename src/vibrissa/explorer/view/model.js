@@ -108,11 +108,6 @@ export class Model {
     return this.sticking && this.place ? x0Of(this.sticking, this.place) : 0;
   }
 
-  /** Begin anew with the clamp at 0. */
-  restart() {
-    this.restore(0, 0, 1);
-  }
-
   /** Restore positions of clamp and tip. @type {(clamp: number, x0: number, side: number) => void} */
   restore(clamp, x0, side) {
     this.place = { clamp, contact: 0, side };

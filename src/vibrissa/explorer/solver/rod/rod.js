@@ -115,16 +115,9 @@ export class Rod {
 
   /** Bending moments at the nodes. @type {(unknowns: Float64Array) => Float64Array} */
   moments(unknowns) {
-    const { gradient } = this.parts(unknowns);
-    const { fromStart, weights } = this.rule;
-    const count = this.nodes;
-    return weights.map((_, i) => {
-      let m = 0;
-      for (let k = 0; k < count; k += 1) {
-        m -= (weights[k] - fromStart[i * count + k]) * gradient[k];
-      }
-      return m;
-    });
+    // The last sum is that up to the contact point, where the moment is zero.
+    const sums = product(this.rule.fromStart, this.parts(unknowns).gradient);
+    return sums.subarray(0, this.nodes).map((sum) => sum - sums[this.nodes]);
   }
 
   /** Elastic energy of rod and clamp (M1), in units of E·I0/L. @type {(unknowns: Float64Array) => number} */
