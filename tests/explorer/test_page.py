@@ -433,14 +433,16 @@ class TestPage:
     def test_a_recording_is_drawn_with_the_curves(self, opened, tmp_path):
         browser = opened("theta=2&eta=0.85&mu0=0.4")
         path = tmp_path / "scan.csv"
-        path.write_text(
-            "footpoint [mm],force_x [N],force_y [N],moment_z [N*m]\n0,0,-1,0\n9,-1,-2,0\n"
-        )
+        rows = "0,0,-1,0\n9,-1,-2,0\n" * 100_000
+        path.write_text(f"footpoint [mm],force_x [N],force_y [N],moment_z [N*m]\n{rows}")
         node = browser.call("DOM.getDocument")["root"]["nodeId"]
         box = browser.call("DOM.querySelector", nodeId=node, selector="[data-x=file]")["nodeId"]
         browser.call("DOM.setFileInputFiles", nodeId=box, files=[str(path)])
         drawn = "document.querySelector('svg[data-x=fy] .measured').getAttribute('d')"
         wait_until(browser, f"{drawn}.includes('L')")
+        before = browser.evaluate(drawn)
+        type_in(browser, "diameter", "2")
+        assert browser.evaluate(drawn) != before
 
     def test_what_is_seen_is_exported_with_its_parameters(self, opened):
         browser = opened("theta=2&eta=0.85&mu0=0.4")
@@ -613,22 +615,23 @@ class TestFunctions:
             ("force_x,force_y\n1,2\n", "footpoint is required"),
             ("footpoint [mm]\n1\n", "the first line must name two or more of the columns"),
             ("footpoint [N],force_x\n1,2\n", "“N” is not a known unit of length"),
-            ("footpoint,force_x\n1,2\n1,two\n", "line 3: “two” is not a number"),
+            ("# a\nfootpoint,force_x\n1,2\n1,two\n", "line 4: “two” is not a number"),
             ("footpoint,force_x\n\n", "the file has no samples"),
         ],
     )
     def test_a_file_that_is_no_recording_is_told(self, functions, text, message):
-        found = functions.evaluate(f"readRecording('a.csv', {json.dumps(text)}, DEFAULTS).message")
+        found = functions.evaluate(f"readRecording('a.csv', {json.dumps(text)}).message")
         assert message in found
 
     def test_units_of_a_recording(self, functions):
         # E·I0 = 210 GPa · π · 1 mm⁴ / 64, L = 100 mm
         stiffness = 210e3 * 3.141592653589793 / 64
-        text = "moment_z [µN·m];footpoint (cm);force_x [mN]\n1000;5;1030.835\n;5;nan\n"
-        found = functions.evaluate(
-            f"readRecording('a.csv', {json.dumps(text)}, DEFAULTS).recording"
-        )
+        text = "# zero_force_x = 1 mN\nmoment_z [mNmm];footpoint (cm);force_x [mN]\n1000;5;1030.835\n;5;nan\n"
+        read = f"readRecording('a.csv', {json.dumps(text)}).recording"
+        found = functions.evaluate(f"{read}(DEFAULTS)")
         assert found["clamp"] == pytest.approx([0.5, 0.5])
         assert found["fx"][0] == pytest.approx(1.030835 * 1e4 / stiffness)
         assert found["m"][0] == pytest.approx(1 * 100 / stiffness)
         assert found["fx"][1] is None and found["fy"] == []
+        longer = functions.evaluate(f"{read}({{ ...DEFAULTS, length: 200 }})")
+        assert longer["clamp"][0] == 0.25 and longer["fx"][0] == pytest.approx(4 * found["fx"][0])

@@ -40,8 +40,8 @@ export class Explorer {
   constructor(root) {
     this.root = root;
     this.model = new Model();
-    /** @type {Recording | null} */
-    this.recording = null;
+    /** @type {(whisker: Whisker) => Recording | null} */
+    this.recorded = () => null;
     /** @type {Pin[]} */
     this.pins = [];
     this.map = new RegimeMap();
@@ -203,7 +203,7 @@ export class Explorer {
     this.restart();
     this.told(this.model.moveTo(preset.clamp));
     this.slide = null;
-    this.recording = preset.recording;
+    this.recorded = () => preset.recording;
     this.say(preset.note);
     this.stopAt = preset.recording ? Math.max(...preset.recording.clamp) : Infinity;
     this.controls.show(this.model.settings, true);
@@ -222,7 +222,9 @@ export class Explorer {
     const found = fromAddress(location.hash);
     if (!found || location.hash.slice(1) === this.written) return;
     const { settings, clamp, x0, side, pins, mistakes } = found;
-    this.take({ name: "", note: "", settings, clamp: 0, play: false, recording: this.recording });
+    const { recorded } = this;
+    this.take({ name: "", note: "", settings, clamp: 0, play: false, recording: null });
+    this.recorded = recorded;
     this.choice.value = "";
     if (Number.isNaN(x0)) this.told(this.model.moveTo(clamp));
     else this.model.restore(clamp, x0, side);
@@ -375,7 +377,8 @@ export class Explorer {
     const said = this.slide ? "slips" : condition(sticking, now);
     if (!message) write(this.at("state"), said);
     this.showStage(now, said);
-    const { units, recording, pins } = this;
+    const { units, pins } = this;
+    const recording = this.recorded(settings);
     const view = { settings, units, sticking, curve, now, trace: model.trace, recording, divisions: this.map.divisions, pins };
     for (const part of [...this.plots, this.readouts]) part.show(view);
     for (const [key, quantity] of /** @type {[string, Quantity][]} */ ([

@@ -4,15 +4,13 @@ import { displacement } from "../solver/arm.js";
 import { Plot } from "./plot.js";
 import { lastStep, onsetOf } from "./readouts.js";
 import { set, spelled } from "./svg.js";
+import { scaled } from "./units.js";
 import { rodName } from "./words.js";
 
 const RADIUS = 5;
 const SMALL = 3.5;
 /** Curves that can be pinned at the same time. */
 export const MOST_PINS = 3;
-
-/** @type {(values: number[], factor: number) => number[]} */
-const scaled = (values, factor) => values.map((value) => factor * value);
 
 /** Friction −tan α required to stick, over x0, with lines at ±μ0. */
 export class StickingPlot {
