@@ -84,9 +84,10 @@ def test_the_work_of_the_stage_is_the_gain_of_energy(page, eta, contact, bent, s
 
 
 @pytest.mark.parametrize(
-    ("theta", "eta", "mounting"),
+    ("theta", "eta", "mounting", "why"),
     [
-        (1.9743781125661837, 0.8278292947130967, Mounting(clamp_angle=-0.0582, curvature=0.3229)),
+        (1, 0.85, Mounting(), "snaps"),
+        (1.974378, 0.827829, Mounting(clamp_angle=-0.0582, curvature=0.3229), "inadmissible"),
         # An arch of 8e-12 L, where the tip comes back up.
         (
             2.6091380808913547,
@@ -97,14 +98,15 @@ def test_the_work_of_the_stage_is_the_gain_of_energy(page, eta, contact, bent, s
                 curvature=(-0.21835113990822672, 0.2258908237761429),
                 stage_angle=-0.09127105194231117,
             ),
+            "inadmissible",
         ),
     ],
 )
-def test_a_path_ends_at_the_same_arch(page, theta, eta, mounting):
+def test_a_planar_path_ends_at_the_same_place(page, theta, eta, mounting, why):
     point = agreement.Point(theta, eta, 0.3, Contact.POINT, mounting).asked()
     end = solved(page, "[path.pushed.end, path.x0End]", **point | {"round": False})
     curve = solve_curve(theta, eta, mounting=mounting, section="planar")
-    assert end == ["inadmissible", pytest.approx(curve.x0_end, abs=1e-9)]
+    assert end == [why, pytest.approx(curve.x0_end, abs=1e-9)]
 
 
 def test_a_state_that_only_one_solver_finds_counts():
@@ -156,13 +158,6 @@ def test_curves_that_are_drawn_pass_through_solved_states(page, contact):
     assert len(known) > 60
     for drawn, exact in known:
         assert drawn == pytest.approx(exact, abs=2e-4)
-
-
-def test_a_planar_rod_snaps_where_python_says(page):
-    rod = {"theta": 1, "eta": 0.85}
-    curve = solve_curve(**rod, section="planar")
-    found = solved(page, "[path.pushed.end, path.x0End]", round=False, **rod)
-    assert found == ["snaps", pytest.approx(curve.x0_end, abs=1e-8)]
 
 
 def test_what_is_not_found_is_said(page):

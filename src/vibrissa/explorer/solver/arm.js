@@ -86,9 +86,7 @@ function knotAt(branch, state, condition, sign = 1) {
 export function between(from, to, part) {
   const [a, b, c, d] = cubic(from, to, part);
   const [start, stop] = [from.state.unknowns, to.state.unknowns];
-  return start.map(
-    (value, i) => a * value + b * stop[i] + c * from.change[i] + d * to.change[i],
-  );
+  return start.map((value, i) => a * value + b * stop[i] + c * from.change[i] + d * to.change[i]);
 }
 
 /**
@@ -181,9 +179,7 @@ function stepped(branch, last, before, step) {
 function kink(branch, last, beyond) {
   const { rod, surface } = branch;
   const lies = last.state.contact === "point";
-  const [a, b] = lies
-    ? [last.state.phi1, beyond.state.phi1]
-    : [last.state.sc - 1, beyond.state.sc - 1];
+  const [a, b] = [last, beyond].map(({ state }) => (lies ? state.phi1 : state.sc - 1));
   const guess = between(last, beyond, Math.min(1, Math.max(0, a / (a - b))));
   const condition = { phi1: 1, value: 0 };
   const state = solvedState(rod, guess, { surface, contact: "point", condition });
@@ -193,9 +189,7 @@ function kink(branch, last, beyond) {
   return [
     knotAfter(branch, last, here),
     // After the kink s_c falls from 1, or the slope of the tip rises from 0.
-    lies
-      ? knotAt(branch, there, { sc: 1, value: 0 }, -1)
-      : knotAt(branch, there, condition),
+    lies ? knotAt(branch, there, { sc: 1, value: 0 }, -1) : knotAt(branch, there, condition),
   ];
 }
 
@@ -226,13 +220,9 @@ function turning(branch, side, from, to) {
   };
   if (to.state.fy >= 0) return { end: "lifts", knot: where({ fy: 1, value: 0 }) };
   if (round && swung(branch, to.state) <= 0) {
-    const curved = !isStraight(rod.mounting);
-    return {
-      end: "swings",
-      knot: curved
-        ? knotWhere(branch, from, to, (knot) => swung(branch, knot.state))
-        : where(onAxis(branch)),
-    };
+    const straight = isStraight(rod.mounting);
+    const knot = straight ? where(onAxis(branch)) : knotWhere(branch, from, to, ({ state }) => swung(branch, state));
+    return { end: "swings", knot };
   }
   if (side * to.offsetChange >= 0) {
     return { end: "snaps", knot: knotWhere(branch, from, to, (knot) => knot.offsetChange) };
@@ -354,7 +344,6 @@ function withExtremes(branch, from, to) {
   if (!found || found === to) return [to];
   // Up to its error, the extreme may be at `from`.
   const extreme = { ...found, step: Math.max(found.step, 0), exact: true };
-  const rest =
-    advance(branch, extreme.direction, to.state) - advance(branch, extreme.direction, extreme.state);
+  const rest = advance(branch, extreme.direction, to.state) - advance(branch, extreme.direction, extreme.state);
   return rest > TINY ? [extreme, { ...to, step: rest }] : [extreme];
 }

@@ -70,9 +70,7 @@ function assembled(pushed, pulled) {
   const x0End = displacement(branch, again || last.state);
   // The demand is largest in a landmark, an exact state. A state next to it may exceed it by its error.
   const landmarks = knots.filter(({ exact, state }) => exact && !(lifts && displacement(branch, state) >= x0End));
-  const lock = landmarks.reduce((best, knot) =>
-    demand(knot.state) > demand(best.state) ? knot : best,
-  );
+  const lock = landmarks.reduce((best, knot) => (demand(knot.state) > demand(best.state) ? knot : best));
   const inside = ["lifts", "swings", "snaps"].includes(pushed.end) || demand(lock.state) > demand(last.state);
   return {
     branch,
@@ -204,9 +202,7 @@ function samples(branch, knots, parts) {
     const [from, to] = [known[i - 1], known[i]];
     for (let k = 0; k < parts; k += 1) {
       const [a, b, c, d] = cubic(knots[i - 1], knots[i], k / parts);
-      const at = from.values.map(
-        (value, j) => a * value + b * to.values[j] + c * from.changes[j] + d * to.changes[j],
-      );
+      const at = from.values.map((value, j) => a * value + b * to.values[j] + c * from.changes[j] + d * to.changes[j]);
       rows.push(sample(branch, at));
     }
   }
