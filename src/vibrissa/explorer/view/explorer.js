@@ -6,9 +6,9 @@ import { Controls, element } from "./controls.js";
 import { listenToClamp, listenToCurve, listenToFiles, listenToMap } from "./hands.js";
 import { Introduction, showHelp } from "./help.js";
 import { Model, pinsOf } from "./model.js";
-import { EnergyPlot, MOST_PINS, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
+import { EnergyPlot, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
 import { Readouts } from "./readouts.js";
-import { DEFAULTS, fromAddress, MOUNTING_NUMBERS, toAddress } from "./settings.js";
+import { CLAMP_RANGE, DEFAULTS, fromAddress, lawOf, MOST_PINS, MOUNTING_NUMBERS, toAddress } from "./settings.js";
 import { Stage } from "./stage.js";
 import { set, significant, withoutNoise, write } from "./svg.js";
 import { NONDIMENSIONAL, unitsOf } from "./units.js";
@@ -142,12 +142,12 @@ export class Explorer {
 
   /** @type {(clamp: number) => void} */
   moveTo(clamp) {
-    this.clampAim = Math.max(-5, Math.min(50, clamp));
+    this.play(false);
+    this.clampAim = Math.max(CLAMP_RANGE.min, Math.min(CLAMP_RANGE.max, clamp));
   }
 
   /** Move the clamp by steps from its position, or from its target if it moves. @type {(steps: number) => void} */
   moveBy(steps) {
-    this.play(false);
     const from = Number.isNaN(this.clampAim) ? this.clampPlace : this.clampAim;
     this.moveTo(from + steps * this.model.settings.dx0);
   }
@@ -171,6 +171,8 @@ export class Explorer {
 
   /** @type {(on: boolean) => void} */
   play(on) {
+    // Beyond the end of a study's recording, Play goes on.
+    if (on && this.clampPlace >= this.stopAt) this.stopAt = Infinity;
     this.playing = on;
     this.due = 0;
     write(this.at("play"), on ? "Pause" : "Play");
@@ -180,6 +182,7 @@ export class Explorer {
   restart() {
     this.play(false);
     this.slide = null;
+    this.clampAim = NaN;
     this.model.restore(0, 0, 1);
     this.stopAt = Infinity;
     this.say("");
@@ -199,6 +202,7 @@ export class Explorer {
 
   /** @param {Preset} preset */
   take(preset) {
+    this.waiting = null;
     this.told(this.model.change(preset.settings));
     this.restart();
     this.told(this.model.moveTo(preset.clamp));
@@ -213,8 +217,9 @@ export class Explorer {
   /** Keep the curve of this rod beside those of others. */
   pin() {
     const { settings } = this.model;
-    this.pins = [...this.pins, ...pinsOf([settings])].slice(-MOST_PINS);
-    this.say(`Pinned: ${rodName(settings)}. Change the rod to compare.`);
+    const made = pinsOf([settings]);
+    this.pins = [...this.pins, ...made].slice(-MOST_PINS);
+    this.say(made.length ? `Pinned: ${rodName(settings)}. Change the rod to compare.` : "There is no curve to pin.");
     this.dirty = true;
   }
 
@@ -302,11 +307,13 @@ export class Explorer {
     requestAnimationFrame((next) => this.frame(next));
     const start = performance.now();
     this.moveOn(now);
+    // While a user drags, the map waits.
+    if ((this.playing || !this.dirty) && this.map.solve(this.model.rod, start + BUDGET)) this.dirty = true;
     if (this.dirty) {
       this.dirty = false;
       this.show();
       this.writeAddress();
-    } else if (this.map.solve(this.model.rod, start + BUDGET)) this.dirty = true;
+    }
     if (this.unspoken !== null && now - this.spokenAt > PATIENCE) {
       write(this.at("event"), this.unspoken);
       this.unspoken = null;
@@ -365,7 +372,7 @@ export class Explorer {
     const now = this.shown;
     this.controls.show(settings);
     root.classList.toggle("si", settings.units === "si");
-    root.classList.toggle("ratio", settings.law !== "free" && settings.delta === 0);
+    root.classList.toggle("ratio", lawOf(settings) !== "free");
     root.classList.toggle("oblique", settings.delta !== 0);
     root.classList.toggle("line", settings.contact === "line");
     write(this.at("mounted"), mounted(settings));
@@ -373,7 +380,7 @@ export class Explorer {
     const failed = !sticking || !now || !curve;
     root.classList.toggle("failed", failed || message !== "");
     if (failed || message) write(this.at("state"), `Not solved: ${message}.`);
-    if (failed) return;
+    if (failed) return this.play(false);
     const said = this.slide ? "slips" : condition(sticking, now);
     if (!message) write(this.at("state"), said);
     this.showStage(now, said);
@@ -395,9 +402,7 @@ export class Explorer {
     const { rod, force: unit } = sticking.path.branch;
     const shape = rod.shape(now.state, POINTS);
     const first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
-    const { length } = this.units.scale;
-    const slides = this.slide !== null;
-    this.stage.show({ settings, now, shape, first, length, unit, slides });
+    this.stage.show({ settings, now, shape, first, length: this.units.scale.length, unit, slides: this.slide !== null });
     const text = `${this.length(now.clamp)}, ${said}`;
     set(this.stage.clamp, { "aria-valuenow": now.clamp.toFixed(4), "aria-valuetext": text });
   }

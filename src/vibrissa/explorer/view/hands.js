@@ -17,6 +17,7 @@ function dragged(node, begin) {
   /** @type {((event: PointerEvent) => void) | null} */
   let move = null;
   node.addEventListener("pointerdown", (event) => {
+    if (event.button) return;
     move = begin(event);
     node.setPointerCapture(event.pointerId);
   });
@@ -32,6 +33,8 @@ function dragged(node, begin) {
  */
 function keyed(node, by, home) {
   node.addEventListener("keydown", (event) => {
+    // With these keys a browser has commands of its own.
+    if (event.altKey || event.ctrlKey || event.metaKey) return;
     const steps = KEYS[/** @type {keyof typeof KEYS} */ (event.key)];
     if (!steps && !(home && event.key === "Home")) return;
     event.preventDefault();

@@ -3,14 +3,13 @@
 import { displacement } from "../solver/arm.js";
 import { Plot } from "./plot.js";
 import { lastStep, onsetOf } from "./readouts.js";
-import { set, spelled } from "./svg.js";
+import { MOST_PINS } from "./settings.js";
+import { set, significant, spelled, withoutNoise } from "./svg.js";
 import { scaled } from "./units.js";
 import { rodName } from "./words.js";
 
 const RADIUS = 5;
 const SMALL = 3.5;
-/** Curves that can be pinned at the same time. */
-export const MOST_PINS = 3;
 
 /** Friction −tan α required to stick, over x0, with lines at ±μ0. */
 export class StickingPlot {
@@ -61,8 +60,9 @@ export class StickingPlot {
     plot.label("note3", step, 0, "x0,max", { dx: 4, dy: 13 });
     plot.mark("now", length * now.x0, now.demand, RADIUS + 1);
     set(this.sliders.handle, { "aria-valuenow": mu0 });
+    const text = `${significant(length * withoutNoise(now.x0))} ${units.name.length}`;
     const places = { "aria-valuemin": sticking.low, "aria-valuemax": sticking.high, "aria-valuenow": now.x0 };
-    set(this.sliders.now, places);
+    set(this.sliders.now, { ...places, "aria-valuetext": text });
   }
 
   /** @type {(pins: Pin[], length: number) => void} */

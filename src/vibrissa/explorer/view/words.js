@@ -1,7 +1,7 @@
 // Messages: events, conditions and parameters in words.
 
 import { isMirrored } from "../solver/motion.js";
-import { CHOICES, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
+import { CHOICES, lawOf, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
 import { spelled } from "./svg.js";
 
 const ANEW = "The model starts again at α = 0.";
@@ -88,12 +88,13 @@ export function rodName(settings) {
 
 /** All parameters, as the title of an export. @type {(settings: Settings) => string} */
 export function parameters(settings) {
-  const { law, units } = settings;
+  const law = lawOf(settings);
+  const used = { ...settings, law };
   const numbers = NUMBERS.filter(({ key }) => key !== "ratio" || law !== "free");
   const chosen = CHOICES.filter(({ key }) => key === "contact" || key === "section" || key === "law");
   const words = chosen.map(({ key, label, words }) => {
-    return `${label.toLowerCase()} ${words.find(([word]) => word === settings[key])?.[1].toLowerCase()}`;
+    return `${label.toLowerCase()} ${words.find(([word]) => word === used[key])?.[1].toLowerCase()}`;
   });
-  const rod = units === "si" ? named(ROD_NUMBERS, settings) : [];
+  const rod = settings.units === "si" ? named(ROD_NUMBERS, settings) : [];
   return [...named(numbers, settings), ...words, ...deviations(settings), ...rod].join(", ");
 }
