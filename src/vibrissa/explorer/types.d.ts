@@ -330,6 +330,7 @@ interface Units {
 interface Pin {
   settings: Settings;
   curve: Curve;
+  muLock: number;
 }
 
 /** All that the plots show. */

@@ -27,7 +27,7 @@ function differ(one, other) {
 export function pinsOf(rods) {
   return rods.flatMap((settings) => {
     const { path } = solvedPath(rodOf(settings));
-    return path ? [{ settings, curve: sampled(path, PARTS_OF_A_STEP) }] : [];
+    return path ? [{ settings, curve: sampled(path, PARTS_OF_A_STEP), muLock: path.muLock }] : [];
   });
 }
 

@@ -31,7 +31,7 @@ export class StickingPlot {
     const { path } = sticking;
     const { mu0 } = settings;
     const { length } = units.scale;
-    const peaks = [path.muLock, ...pins.map(({ curve }) => Math.max(...curve.demand))];
+    const peaks = [path.muLock, ...pins.map(({ muLock }) => muLock)];
     const ends = [path.x0End, ...pins.map(({ curve }) => curve.x0[curve.x0.length - 1])];
     const top = 1.22 * Math.max(mu0, ...peaks.map((peak) => (Number.isFinite(peak) ? Math.min(peak, 2.5) : 1)));
     plot.setFrame({
