@@ -117,6 +117,7 @@ interface Branch {
   model: Contact;
   round: boolean;
   x1: number; // offset of the first state
+  way: number; // displacement along the surface per displacement of the clamp
   surface: Surface;
   scale: number; // offset of the first state in the ideal mounting
   force: number; // force of that state
@@ -133,7 +134,7 @@ interface Knot {
   factors: Factors; // of the Jacobian, for states nearby
 }
 
-type End = "swings" | "snaps" | "lifts" | "inadmissible" | "steep" | "lost";
+type End = "swings" | "snaps" | "lifts" | "inadmissible" | "lost";
 
 /** How, where and why an arm ends. */
 interface Ending {
@@ -156,7 +157,8 @@ interface Path {
   pulled: Arm;
   lock: Knot | null; // the critical state; null where −tan α has no maximum
   muLock: number; // infinite if the tip lifts off; NaN if the path ends before the lock
-  x0End: number; // displacement at the end of the pushed arm
+  x0End: number; // displacement up to which a pushed tip may stick
+  endsBy: Limit;
   x0Pulled: number; // displacement at the end of the pulled arm, negative
 }
 
@@ -182,7 +184,7 @@ interface Friction {
 }
 
 /** Why sticking ends at a displacement. */
-type Limit = "slips" | "swings" | "slips back" | "snaps" | "lifts" | "inadmissible" | "unknown";
+type Limit = End | "slips" | "slips back" | "lets go";
 
 /** Displacements x0 at which sticking ends on a path with given friction. */
 interface Sticking {
@@ -203,9 +205,11 @@ interface Place {
   side: number; // 1 where the tip is ahead of the clamp, -1 where the rod trails behind it
 }
 
+type Passed = "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks";
+
 /** An event while the clamp moves. */
 interface Incident {
-  what: Limit | "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks";
+  what: Limit | "flies off" | "slides along" | Passed;
   clamp: number;
   x0: number;
   rest: number; // displacement after the event
@@ -326,6 +330,7 @@ interface Units {
 interface Pin {
   settings: Settings;
   curve: Curve;
+  muLock: number;
 }
 
 /** All that the plots show. */

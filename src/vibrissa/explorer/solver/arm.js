@@ -22,8 +22,6 @@ const MOST_STEPS = 400;
 const NEARLY_LEVEL = 0.02;
 const LOOKS_AHEAD = 5;
 const ZOOMS = 3;
-/** Friction up to which a pulled tip is followed. */
-const MOST_PULLED = 3;
 const TINY = 1e-13;
 /** Largest size of the last coefficients of the slope at which the nodes suffice; the ends are more accurate. */
 const RESOLVED = 1e-7;
@@ -32,12 +30,12 @@ const RESOLVED_ARCH = 1e-11;
 
 /** Displacement of the clamp since α = 0. @type {(branch: Branch, state: State) => number} */
 export function displacement(branch, state) {
-  return (branch.x1 - state.offset) / Math.cos(branch.rod.mounting.stage);
+  return (branch.x1 - state.offset) / branch.way;
 }
 
 /** Offset of the state at a displacement. @type {(branch: Branch, x0: number) => number} */
 export function offsetAt(branch, x0) {
-  return branch.x1 - x0 * Math.cos(branch.rod.mounting.stage);
+  return branch.x1 - x0 * branch.way;
 }
 
 /** Derivative of the demand −tan α along the path. @type {(knot: Knot, branch: Branch) => number} */
@@ -88,9 +86,7 @@ function knotAt(branch, state, condition, sign = 1) {
 export function between(from, to, part) {
   const [a, b, c, d] = cubic(from, to, part);
   const [start, stop] = [from.state.unknowns, to.state.unknowns];
-  return start.map(
-    (value, i) => a * value + b * stop[i] + c * from.change[i] + d * to.change[i],
-  );
+  return start.map((value, i) => a * value + b * stop[i] + c * from.change[i] + d * to.change[i]);
 }
 
 /**
@@ -183,9 +179,7 @@ function stepped(branch, last, before, step) {
 function kink(branch, last, beyond) {
   const { rod, surface } = branch;
   const lies = last.state.contact === "point";
-  const [a, b] = lies
-    ? [last.state.phi1, beyond.state.phi1]
-    : [last.state.sc - 1, beyond.state.sc - 1];
+  const [a, b] = [last, beyond].map(({ state }) => (lies ? state.phi1 : state.sc - 1));
   const guess = between(last, beyond, Math.min(1, Math.max(0, a / (a - b))));
   const condition = { phi1: 1, value: 0 };
   const state = solvedState(rod, guess, { surface, contact: "point", condition });
@@ -195,9 +189,7 @@ function kink(branch, last, beyond) {
   return [
     knotAfter(branch, last, here),
     // After the kink s_c falls from 1, or the slope of the tip rises from 0.
-    lies
-      ? knotAt(branch, there, { sc: 1, value: 0 }, -1)
-      : knotAt(branch, there, condition),
+    lies ? knotAt(branch, there, { sc: 1, value: 0 }, -1) : knotAt(branch, there, condition),
   ];
 }
 
@@ -226,18 +218,11 @@ function turning(branch, side, from, to) {
     const state = solvedState(rod, to.state.unknowns, { surface, contact, condition });
     return state && knotAfter(branch, from, state);
   };
-  if (side < 0 && to.state.fx > -MOST_PULLED * to.state.fy) {
-    return { end: "steep", knot: where({ fx: 1, fy: MOST_PULLED, value: 0 }) };
-  }
   if (to.state.fy >= 0) return { end: "lifts", knot: where({ fy: 1, value: 0 }) };
   if (round && swung(branch, to.state) <= 0) {
-    const curved = !isStraight(rod.mounting);
-    return {
-      end: "swings",
-      knot: curved
-        ? knotWhere(branch, from, to, (knot) => swung(branch, knot.state))
-        : where(onAxis(branch)),
-    };
+    const straight = isStraight(rod.mounting);
+    const knot = straight ? where(onAxis(branch)) : knotWhere(branch, from, to, ({ state }) => swung(branch, state));
+    return { end: "swings", knot };
   }
   if (side * to.offsetChange >= 0) {
     return { end: "snaps", knot: knotWhere(branch, from, to, (knot) => knot.offsetChange) };
@@ -359,7 +344,6 @@ function withExtremes(branch, from, to) {
   if (!found || found === to) return [to];
   // Up to its error, the extreme may be at `from`.
   const extreme = { ...found, step: Math.max(found.step, 0), exact: true };
-  const rest =
-    advance(branch, extreme.direction, to.state) - advance(branch, extreme.direction, extreme.state);
+  const rest = advance(branch, extreme.direction, to.state) - advance(branch, extreme.direction, extreme.state);
   return rest > TINY ? [extreme, { ...to, step: rest }] : [extreme];
 }

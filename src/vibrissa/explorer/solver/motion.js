@@ -2,28 +2,30 @@
 
 import { displacement } from "./arm.js";
 import { bracketedRoot } from "./numerics/roots.js";
-import { backOnset, onset, pulledOnset, stateAt, touch } from "./path.js";
+import { backOnset, onset, stateAt, touch } from "./path.js";
 import { isIdealRod } from "./rod/mounting.js";
 import { demand } from "./rod/state.js";
 
 /** Intervals over which the energy of a slip is summed, and how often a tip may slide back. */
 const STRETCHES = 24;
-const MOST_SLIDES = 20;
+const MOST_SLIDES = 100;
 const TOLERANCE = 1e-12;
+/** Displacements that differ by less are the same. */
+const SAME = 1e-9;
 
 /** Find where sticking ends. @type {(path: Path, friction: Friction) => Sticking} */
 export function stickingOf(path, friction) {
-  const { branch, pushed } = path;
+  const { branch, pushed, pulled } = path;
   /** @param {State | null} state */
   const at = (state) => (state ? displacement(branch, state) : NaN);
   const slip = at(onset(path, friction.mu0));
-  const back = at(backOnset(path, friction.mu0));
-  const pulled = at(pulledOnset(path, friction.mu0));
+  const back = at(backOnset(pushed, friction.mu0));
+  const low = at(backOnset(pulled, friction.mu0));
   /** @type {[number, Limit][]} */
   const limits = [
     [slip, "slips"],
     [back, "slips back"],
-    [path.x0End, pushed.end === "lost" || pushed.end === "steep" ? "unknown" : pushed.end],
+    [path.x0End, path.endsBy],
   ];
   const known = limits.filter(([x0]) => !Number.isNaN(x0));
   const [high, highBy] = known.reduce((a, b) => (b[0] < a[0] ? b : a));
@@ -32,28 +34,23 @@ export function stickingOf(path, friction) {
     friction,
     high,
     highBy,
-    low: Number.isNaN(pulled) ? path.x0Pulled : pulled,
-    lowBy: Number.isNaN(pulled) ? "unknown" : "slips",
+    low: Number.isNaN(low) ? path.x0Pulled : low,
+    lowBy: Number.isNaN(low) ? "lost" : "slips",
     touch: at(touch(path)),
     lock: Number.isNaN(slip) && path.lock ? at(path.lock.state) : NaN,
   };
 }
 
-/** Displacement along the surface per displacement of the clamp. @type {(sticking: Sticking) => number} */
-function wayAlong({ path }) {
-  return Math.cos(path.branch.rod.mounting.stage);
-}
-
 /** Displacement of the clamp since α = 0. @type {(sticking: Sticking, place: Place) => number} */
 export function x0Of(sticking, { clamp, contact, side }) {
-  const way = wayAlong(sticking);
-  return (side * (way * clamp - contact) + sticking.path.branch.x1) / way;
+  const { x1, way } = sticking.path.branch;
+  return (side * (way * clamp - contact) + x1) / way;
 }
 
 /** The place at a displacement. @type {(sticking: Sticking, clamp: number, x0: number, side: number) => Place} */
 export function placed(sticking, clamp, x0, side) {
-  const way = wayAlong(sticking);
-  return { clamp, contact: way * clamp + side * (sticking.path.branch.x1 - way * x0), side };
+  const { x1, way } = sticking.path.branch;
+  return { clamp, contact: way * clamp + side * (x1 - way * x0), side };
 }
 
 /**
@@ -67,7 +64,7 @@ export function moved(sticking, from, clamp, stepped = false) {
   const events = [];
   let place = from;
   // In each turn of the loop the tip sticks up to the target, or up to the end of sticking.
-  while (events.length < 400) {
+  for (;;) {
     const x0 = x0Of(sticking, place);
     const aim = x0Of(sticking, { ...place, clamp });
     const limit = limitOf(sticking, aim);
@@ -80,12 +77,20 @@ export function moved(sticking, from, clamp, stepped = false) {
     // After lateral buckling an ideally mounted rod trails behind, mirrored; for others the motion is unknown.
     const mirrored = limit.by === "swings" && isMirrored(sticking.path);
     const after = limit.by === "slips" ? restOf(sticking, until) : 0;
-    const [rest, side] = mirrored ? [limit.x0, -place.side] : [after, place.side];
-    events.push({ what: limit.by, clamp: at, x0: limit.x0, rest, side });
+    const lost = Number.isNaN(after);
+    const [rest, side] = mirrored ? [limit.x0, -place.side] : [lost ? 0 : after, place.side];
+    const period = limit.x0 - rest;
+    const slides = !mirrored && Math.abs(period) < SAME;
+    const what = lost ? "flies off" : slides && limit.by === "slips" ? "slides along" : limit.by;
+    events.push({ what, clamp: at, x0: limit.x0, rest, side });
+    // A tip that comes to rest where it slips keeps its distance from the clamp.
+    if (slides) return { place: placed(sticking, clamp, rest, side), events };
     place = placed(sticking, at, rest, side);
     if ((stepped && limit.by !== "swings") || isOblique(sticking.path)) return { place, events };
+    // On a level stage all periods are the same: only the last of those that are left is passed.
+    const whole = mirrored ? 0 : Math.max(0, Math.floor((aim - limit.x0) / period) - 1);
+    place = placed(sticking, at + side * whole * period, rest, side);
   }
-  return { place: { ...place, clamp }, events };
 }
 
 /** Whether the height changes as the clamp moves. @type {(path: Path) => boolean} */
@@ -121,21 +126,24 @@ function passed(sticking, place, to) {
     });
 }
 
-/** Displacement at which a slipping tip comes to rest. @type {(sticking: Sticking, from: number) => number} */
+/**
+ * Displacement at which a slipping tip comes to rest; NaN if it does not in known states.
+ * @type {(sticking: Sticking, from: number) => number}
+ */
 export function restOf({ path, friction }, from) {
   const { mu0, ratio, law } = friction;
   if (law === "free") return 0;
   if (law === "kinetic") {
-    const state = from > 0 ? onset(path, ratio * mu0) : pulledOnset(path, ratio * mu0);
-    return state ? displacement(path.branch, state) : 0;
+    const state = from > 0 ? onset(path, ratio * mu0) : backOnset(path.pulled, ratio * mu0);
+    return state ? displacement(path.branch, state) : NaN;
   }
   let x0 = from;
   for (let slide = 0; slide < MOST_SLIDES; slide += 1) {
     x0 = slideEnd(path, ratio * mu0, x0);
     const state = stateAt(path, x0);
-    if (!state || Math.abs(demand(state)) <= mu0) return state ? x0 : 0;
+    if (!state || Math.abs(demand(state)) <= mu0) return state ? x0 : NaN;
   }
-  return 0;
+  return NaN;
 }
 
 /**

@@ -46,7 +46,8 @@ function branchOf(rod, { eta, contact, round }, { state, ideal }) {
   const tilt = Math.tan(rod.mounting.stage);
   const surface = { level: eta - tilt * state.offset, tilt };
   const unit = { scale: ideal.offset, force: -ideal.fy };
-  return { rod, eta, model: contact, round, x1: state.offset, surface, ...unit };
+  const way = Math.cos(rod.mounting.stage);
+  return { rod, eta, model: contact, round, x1: state.offset, way, surface, ...unit };
 }
 
 /** Why no period can begin in a state; empty if one can. @type {(branch: Branch, state: State) => string} */
@@ -61,14 +62,15 @@ function unsuitable(branch, state) {
 function assembled(pushed, pulled) {
   const { branch, knots } = pushed;
   const last = knots[knots.length - 1];
-  // Where the normal force vanishes, friction grows without limit if the tip did not tend to slip back before.
+  // Where the normal force vanishes, friction grows without limit if the tip did not tend to slip back before. If
+  // it did, the path ends where the tip is pushed forward again.
   const lifts = pushed.end === "lifts";
-  const slips = lifts && !knots.some(({ state }) => state.fx > ROUNDING);
+  const again = lifts && firstRise(pushed, ({ fx }) => ROUNDING - fx, { fx: 1, value: ROUNDING });
+  const slips = lifts && !again && last.state.fx < 0;
+  const x0End = displacement(branch, again || last.state);
   // The demand is largest in a landmark, an exact state. A state next to it may exceed it by its error.
-  const landmarks = (lifts ? knots.slice(0, -1) : knots).filter((knot) => knot.exact);
-  const lock = landmarks.reduce((best, knot) =>
-    demand(knot.state) > demand(best.state) ? knot : best,
-  );
+  const landmarks = knots.filter(({ exact, state }) => exact && !(lifts && displacement(branch, state) >= x0End));
+  const lock = landmarks.reduce((best, knot) => (demand(knot.state) > demand(best.state) ? knot : best));
   const inside = ["lifts", "swings", "snaps"].includes(pushed.end) || demand(lock.state) > demand(last.state);
   return {
     branch,
@@ -76,7 +78,8 @@ function assembled(pushed, pulled) {
     pulled,
     lock: inside && !slips ? lock : null,
     muLock: slips ? Infinity : inside ? demand(lock.state) : NaN,
-    x0End: displacement(branch, last.state),
+    x0End,
+    endsBy: again ? "lets go" : pushed.end,
     x0Pulled: displacement(branch, pulled.knots[pulled.knots.length - 1].state),
   };
 }
@@ -113,28 +116,21 @@ function solvedBetween(branch, from, to, value, condition) {
 }
 
 /**
- * The exact onset of slip ahead, the first state with −tan α = μ0; null where the tip locks.
+ * The exact onset of slip ahead, the first state with −tan α = μ0; null where the tip locks. Differences of forces
+ * show it, as tan α jumps to the other sign where the normal force vanishes.
  * @type {(path: Path, mu0: number) => State | null}
  */
 export function onset(path, mu0) {
-  return mu0 > path.muLock ? null : firstRise(path.pushed, (state) => demand(state) - mu0, {
-    fx: 1,
-    fy: -mu0,
-    value: 0,
-  });
+  const condition = { fx: 1, fy: -mu0, value: 0 };
+  return mu0 > path.muLock ? null : firstRise(path.pushed, ({ fx, fy }) => mu0 * fy - fx, condition);
 }
 
 /**
- * The state in which a pulled tip slips, tan α = μ0; null beyond the end of the path.
- * @type {(path: Path, mu0: number) => State | null}
+ * The state in which the tip slips back, tan α = μ0: a pulled tip on the pulled arm, a locked one on the pushed arm.
+ * @type {(arm: Arm, mu0: number) => State | null}
  */
-export function pulledOnset(path, mu0) {
-  return firstRise(path.pulled, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
-}
-
-/** The state in which a locked tip slips back, tan α = μ0. @type {(path: Path, mu0: number) => State | null} */
-export function backOnset(path, mu0) {
-  return firstRise(path.pushed, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
+export function backOnset(arm, mu0) {
+  return firstRise(arm, ({ fx, fy }) => fx + mu0 * fy, { fx: 1, fy: mu0, value: 0 });
 }
 
 /**
@@ -206,9 +202,7 @@ function samples(branch, knots, parts) {
     const [from, to] = [known[i - 1], known[i]];
     for (let k = 0; k < parts; k += 1) {
       const [a, b, c, d] = cubic(knots[i - 1], knots[i], k / parts);
-      const at = from.values.map(
-        (value, j) => a * value + b * to.values[j] + c * from.changes[j] + d * to.changes[j],
-      );
+      const at = from.values.map((value, j) => a * value + b * to.values[j] + c * from.changes[j] + d * to.changes[j]);
       rows.push(sample(branch, at));
     }
   }
@@ -233,7 +227,6 @@ function course({ rod, surface }, { state, change, offsetChange }) {
 
 /** @type {(branch: Branch, values: number[]) => number[]} */
 function sample(branch, [offset, height, fx, fy, sc, energy]) {
-  const x0 = (branch.x1 - offset) / Math.cos(branch.rod.mounting.stage);
   // The moment of the contact force about the clamp.
-  return [x0, fx, fy, fy * (offset - 1 + sc) - fx * height, energy];
+  return [(branch.x1 - offset) / branch.way, fx, fy, fy * (offset - 1 + sc) - fx * height, energy];
 }

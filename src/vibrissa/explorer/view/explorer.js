@@ -6,9 +6,9 @@ import { Controls, element } from "./controls.js";
 import { listenToClamp, listenToCurve, listenToFiles, listenToMap } from "./hands.js";
 import { Introduction, showHelp } from "./help.js";
 import { Model, pinsOf } from "./model.js";
-import { EnergyPlot, MOST_PINS, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
+import { EnergyPlot, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
 import { Readouts } from "./readouts.js";
-import { DEFAULTS, fromAddress, MOUNTING_NUMBERS, toAddress } from "./settings.js";
+import { CLAMP_RANGE, DEFAULTS, fromAddress, lawOf, MOST_PINS, MOUNTING_NUMBERS, toAddress } from "./settings.js";
 import { Stage } from "./stage.js";
 import { set, significant, withoutNoise, write } from "./svg.js";
 import { NONDIMENSIONAL, unitsOf } from "./units.js";
@@ -33,15 +33,15 @@ const CALM = { pause: 250, steps: 1, slip: 0 };
 const HURRY = 0.5;
 
 /** @type {Incident["what"][]} */
-const ENDS = ["swings", "snaps", "slips back", "lifts", "inadmissible", "unknown"];
+const ENDS = ["swings", "snaps", "slips back", "flies off", "lifts", "lets go", "inadmissible", "lost"];
 
 export class Explorer {
   /** @param {HTMLElement} root */
   constructor(root) {
     this.root = root;
     this.model = new Model();
-    /** @type {Recording | null} */
-    this.recording = null;
+    /** @type {(whisker: Whisker) => Recording | null} */
+    this.recorded = () => null;
     /** @type {Pin[]} */
     this.pins = [];
     this.map = new RegimeMap();
@@ -59,8 +59,6 @@ export class Explorer {
     const [fields, choices, mounting, rod] = ["fields", "choices", "mounting", "rod"].map((name) => this.at(name));
     this.controls = new Controls({ fields, choices, mounting, rod }, (change) => this.change(change));
     this.readouts = new Readouts(this.at("readouts"));
-    /** @type {Path | undefined} */
-    this.firstOf = undefined;
     this.playing = false;
     this.stopAt = Infinity;
     this.due = 0;
@@ -144,12 +142,12 @@ export class Explorer {
 
   /** @type {(clamp: number) => void} */
   moveTo(clamp) {
-    this.clampAim = Math.max(-5, Math.min(50, clamp));
+    this.play(false);
+    this.clampAim = Math.max(CLAMP_RANGE.min, Math.min(CLAMP_RANGE.max, clamp));
   }
 
   /** Move the clamp by steps from its position, or from its target if it moves. @type {(steps: number) => void} */
   moveBy(steps) {
-    this.play(false);
     const from = Number.isNaN(this.clampAim) ? this.clampPlace : this.clampAim;
     this.moveTo(from + steps * this.model.settings.dx0);
   }
@@ -173,6 +171,8 @@ export class Explorer {
 
   /** @type {(on: boolean) => void} */
   play(on) {
+    // Beyond the end of a study's recording, Play goes on.
+    if (on && this.clampPlace >= this.stopAt) this.stopAt = Infinity;
     this.playing = on;
     this.due = 0;
     write(this.at("play"), on ? "Pause" : "Play");
@@ -182,7 +182,8 @@ export class Explorer {
   restart() {
     this.play(false);
     this.slide = null;
-    this.model.restart();
+    this.clampAim = NaN;
+    this.model.restore(0, 0, 1);
     this.stopAt = Infinity;
     this.say("");
     this.dirty = true;
@@ -201,11 +202,12 @@ export class Explorer {
 
   /** @param {Preset} preset */
   take(preset) {
+    this.waiting = null;
     this.told(this.model.change(preset.settings));
     this.restart();
     this.told(this.model.moveTo(preset.clamp));
     this.slide = null;
-    this.recording = preset.recording;
+    this.recorded = () => preset.recording;
     this.say(preset.note);
     this.stopAt = preset.recording ? Math.max(...preset.recording.clamp) : Infinity;
     this.controls.show(this.model.settings, true);
@@ -215,8 +217,9 @@ export class Explorer {
   /** Keep the curve of this rod beside those of others. */
   pin() {
     const { settings } = this.model;
-    this.pins = [...this.pins, ...pinsOf([settings])].slice(-MOST_PINS);
-    this.say(`Pinned: ${rodName(settings)}. Change the rod to compare.`);
+    const made = pinsOf([settings]);
+    this.pins = [...this.pins, ...made].slice(-MOST_PINS);
+    this.say(made.length ? `Pinned: ${rodName(settings)}. Change the rod to compare.` : "There is no curve to pin.");
     this.dirty = true;
   }
 
@@ -224,7 +227,9 @@ export class Explorer {
     const found = fromAddress(location.hash);
     if (!found || location.hash.slice(1) === this.written) return;
     const { settings, clamp, x0, side, pins, mistakes } = found;
-    this.take({ name: "", note: "", settings, clamp: 0, play: false, recording: this.recording });
+    const { recorded } = this;
+    this.take({ name: "", note: "", settings, clamp: 0, play: false, recording: null });
+    this.recorded = recorded;
     this.choice.value = "";
     if (Number.isNaN(x0)) this.told(this.model.moveTo(clamp));
     else this.model.restore(clamp, x0, side);
@@ -302,11 +307,13 @@ export class Explorer {
     requestAnimationFrame((next) => this.frame(next));
     const start = performance.now();
     this.moveOn(now);
+    // While a user drags, the map waits.
+    if ((this.playing || !this.dirty) && this.map.solve(this.model.rod, start + BUDGET)) this.dirty = true;
     if (this.dirty) {
       this.dirty = false;
       this.show();
       this.writeAddress();
-    } else if (this.map.solve(this.model.rod, start + BUDGET)) this.dirty = true;
+    }
     if (this.unspoken !== null && now - this.spokenAt > PATIENCE) {
       write(this.at("event"), this.unspoken);
       this.unspoken = null;
@@ -365,7 +372,7 @@ export class Explorer {
     const now = this.shown;
     this.controls.show(settings);
     root.classList.toggle("si", settings.units === "si");
-    root.classList.toggle("ratio", settings.law !== "free" && settings.delta === 0);
+    root.classList.toggle("ratio", lawOf(settings) !== "free");
     root.classList.toggle("oblique", settings.delta !== 0);
     root.classList.toggle("line", settings.contact === "line");
     write(this.at("mounted"), mounted(settings));
@@ -373,11 +380,12 @@ export class Explorer {
     const failed = !sticking || !now || !curve;
     root.classList.toggle("failed", failed || message !== "");
     if (failed || message) write(this.at("state"), `Not solved: ${message}.`);
-    if (failed) return;
+    if (failed) return this.play(false);
     const said = this.slide ? "slips" : condition(sticking, now);
     if (!message) write(this.at("state"), said);
     this.showStage(now, said);
-    const { units, recording, pins } = this;
+    const { units, pins } = this;
+    const recording = this.recorded(settings);
     const view = { settings, units, sticking, curve, now, trace: model.trace, recording, divisions: this.map.divisions, pins };
     for (const part of [...this.plots, this.readouts]) part.show(view);
     for (const [key, quantity] of /** @type {[string, Quantity][]} */ ([
@@ -393,13 +401,8 @@ export class Explorer {
     if (!sticking) return;
     const { rod, force: unit } = sticking.path.branch;
     const shape = rod.shape(now.state, POINTS);
-    if (this.firstOf !== sticking.path) {
-      this.firstOf = sticking.path;
-      this.first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
-    }
-    const { length } = this.units.scale;
-    const slides = this.slide !== null;
-    this.stage.show({ settings, now, shape, first: this.first ?? shape, length, unit, slides });
+    const first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
+    this.stage.show({ settings, now, shape, first, length: this.units.scale.length, unit, slides: this.slide !== null });
     const text = `${this.length(now.clamp)}, ${said}`;
     set(this.stage.clamp, { "aria-valuenow": now.clamp.toFixed(4), "aria-valuetext": text });
   }

@@ -1,7 +1,7 @@
 // Exports: the page's drawings as SVG or PNG, its readings as CSV.
 
 import { COLUMNS } from "./recording.js";
-import { MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
+import { lawOf, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
 import { drawn, set, withoutNoise } from "./svg.js";
 import { NONDIMENSIONAL, plainName } from "./units.js";
 
@@ -115,8 +115,7 @@ export async function asPng({ text, width, height }) {
  */
 export function asCsv(trace, settings, { scale, name }) {
   const fields = [...NUMBERS, ...MOUNTING_NUMBERS, ...(settings.units === "si" ? ROD_NUMBERS : [])];
-  const { contact, section, law } = settings;
-  const given = [...fields.map(({ key }) => settings[key]), contact, section, law];
+  const given = [...fields.map(({ key }) => settings[key]), settings.contact, settings.section, lawOf(settings)];
   const names = fields.map(({ key, unit = "1" }) => `${key} [${plainName(unit)}]`);
   const titles = READINGS.map(([, title, quantity]) => {
     const unit = plainName(quantity === "number" ? NONDIMENSIONAL.name.length : name[quantity]);

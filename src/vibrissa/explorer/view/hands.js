@@ -17,6 +17,7 @@ function dragged(node, begin) {
   /** @type {((event: PointerEvent) => void) | null} */
   let move = null;
   node.addEventListener("pointerdown", (event) => {
+    if (event.button) return;
     move = begin(event);
     node.setPointerCapture(event.pointerId);
   });
@@ -32,6 +33,8 @@ function dragged(node, begin) {
  */
 function keyed(node, by, home) {
   node.addEventListener("keydown", (event) => {
+    // With these keys a browser has commands of its own.
+    if (event.altKey || event.ctrlKey || event.metaKey) return;
     const steps = KEYS[/** @type {keyof typeof KEYS} */ (event.key)];
     if (!steps && !(home && event.key === "Home")) return;
     event.preventDefault();
@@ -102,19 +105,28 @@ export function listenToFiles(explorer) {
   /** @param {File | undefined} file */
   const read = async (file) => {
     if (!file) return;
-    const found = readRecording(file.name, await file.text(), explorer.model.settings);
+    const text = await file.text().catch(() => null);
+    const found = text === null ? { message: `${file.name} cannot be read` } : readRecording(file.name, text);
     const ok = "recording" in found;
-    explorer.recording = ok ? found.recording : explorer.recording;
+    if (ok) explorer.recorded = found.recording;
     explorer.say(ok ? `${file.name} is drawn with the clamp’s forces.` : `${found.message}.`);
     explorer.dirty = true;
   };
   const input = /** @type {HTMLInputElement} */ (explorer.at("file"));
-  input.addEventListener("change", () => read(input.files?.[0]));
-  root.addEventListener("dragover", (event) => event.preventDefault());
-  root.addEventListener("drop", (event) => {
-    event.preventDefault();
-    read(event.dataTransfer?.files[0]);
+  input.addEventListener("change", () => {
+    read(input.files?.[0]);
+    // The same file, corrected, is to be a change.
+    input.value = "";
   });
+  /** @param {DragEvent} event */
+  const dropped = (event) => {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    // While it is dragged, the file is not yet known.
+    read(event.dataTransfer.files[0]);
+  };
+  addEventListener("dragover", dropped);
+  addEventListener("drop", dropped);
   const drawing = () => asSvg(root, explorer.summary());
   const files = {
     svg: () => new Blob([drawing().text], { type: "image/svg+xml" }),

@@ -1,9 +1,9 @@
 // The rod on the page: settings, solved path, positions of clamp and tip, and readings.
 
-import { isOblique, moved, placed, stickingOf, x0Of } from "../solver/motion.js";
+import { isMirrored, isOblique, moved, placed, stickingOf, x0Of } from "../solver/motion.js";
 import { sampled, solvedPath, stateAt } from "../solver/path.js";
 import { demand } from "../solver/rod/state.js";
-import { DEFAULTS, mountingOf } from "./settings.js";
+import { DEFAULTS, lawOf, mountingOf } from "./settings.js";
 
 /** Most readings of a trace; most parts of a move, with a reading each; samples of each step of a path. */
 const MOST_READINGS = 1500;
@@ -27,7 +27,7 @@ function differ(one, other) {
 export function pinsOf(rods) {
   return rods.flatMap((settings) => {
     const { path } = solvedPath(rodOf(settings));
-    return path ? [{ settings, curve: sampled(path, PARTS_OF_A_STEP) }] : [];
+    return path ? [{ settings, curve: sampled(path, PARTS_OF_A_STEP), muLock: path.muLock }] : [];
   });
 }
 
@@ -61,6 +61,8 @@ export class Model {
     }
     if (!differ(friction, this.friction)) return [];
     this.sticking = stickingOf(this.sticking.path, this.friction);
+    // All readings of a trace have the same friction.
+    this.trace = [];
     return this.place ? this.moveTo(this.place.clamp) : [];
   }
 
@@ -68,10 +70,10 @@ export class Model {
     return rodOf(this.settings);
   }
 
-  /** @returns {Friction} On an oblique stage slips end at α = 0. */
+  /** @returns {Friction} */
   get friction() {
-    const { mu0, ratio, law, delta } = this.settings;
-    return { mu0, ratio, law: delta === 0 ? law : "free" };
+    const { mu0, ratio } = this.settings;
+    return { mu0, ratio, law: lawOf(this.settings) };
   }
 
   /** Solve the path of the rod, and put the clamp where it was. @type {(x0: number) => void} */
@@ -82,7 +84,7 @@ export class Model {
     if (!this.sticking) return;
     const { low, high } = this.sticking;
     const within = Math.min(high, Math.max(low, x0));
-    this.place = placed(this.sticking, clamp, within, isOblique(this.sticking.path) ? 1 : side);
+    this.place = placed(this.sticking, clamp, within, isMirrored(this.sticking.path) ? side : 1);
     this.trace = [];
     this.look();
   }
@@ -106,11 +108,6 @@ export class Model {
   /** Displacement since α = 0. */
   get x0() {
     return this.sticking && this.place ? x0Of(this.sticking, this.place) : 0;
-  }
-
-  /** Begin anew with the clamp at 0. */
-  restart() {
-    this.restore(0, 0, 1);
   }
 
   /** Restore positions of clamp and tip. @type {(clamp: number, x0: number, side: number) => void} */

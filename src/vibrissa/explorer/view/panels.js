@@ -3,16 +3,13 @@
 import { displacement } from "../solver/arm.js";
 import { Plot } from "./plot.js";
 import { lastStep, onsetOf } from "./readouts.js";
-import { set, spelled } from "./svg.js";
+import { MOST_PINS } from "./settings.js";
+import { set, significant, spelled, withoutNoise } from "./svg.js";
+import { scaled } from "./units.js";
 import { rodName } from "./words.js";
 
 const RADIUS = 5;
 const SMALL = 3.5;
-/** Curves that can be pinned at the same time. */
-export const MOST_PINS = 3;
-
-/** @type {(values: number[], factor: number) => number[]} */
-const scaled = (values, factor) => values.map((value) => factor * value);
 
 /** Friction −tan α required to stick, over x0, with lines at ±μ0. */
 export class StickingPlot {
@@ -34,7 +31,7 @@ export class StickingPlot {
     const { path } = sticking;
     const { mu0 } = settings;
     const { length } = units.scale;
-    const peaks = [path.muLock, ...pins.map(({ curve }) => Math.max(...curve.demand))];
+    const peaks = [path.muLock, ...pins.map(({ muLock }) => muLock)];
     const ends = [path.x0End, ...pins.map(({ curve }) => curve.x0[curve.x0.length - 1])];
     const top = 1.22 * Math.max(mu0, ...peaks.map((peak) => (Number.isFinite(peak) ? Math.min(peak, 2.5) : 1)));
     plot.setFrame({
@@ -63,8 +60,9 @@ export class StickingPlot {
     plot.label("note3", step, 0, "x0,max", { dx: 4, dy: 13 });
     plot.mark("now", length * now.x0, now.demand, RADIUS + 1);
     set(this.sliders.handle, { "aria-valuenow": mu0 });
+    const text = `${significant(length * withoutNoise(now.x0))} ${units.name.length}`;
     const places = { "aria-valuemin": sticking.low, "aria-valuemax": sticking.high, "aria-valuenow": now.x0 };
-    set(this.sliders.now, places);
+    set(this.sliders.now, { ...places, "aria-valuetext": text });
   }
 
   /** @type {(pins: Pin[], length: number) => void} */

@@ -5,7 +5,6 @@ import { drawn, Parts, pathThrough, set, significant, spelled, ticks, withoutNoi
 const MARGIN = { left: 46, right: 12, top: 10, bottom: 24 };
 /** Pixels from the pointer within which a line shows its values. */
 const POINTED = 40;
-let plots = 0;
 
 export class Plot {
   /**
@@ -18,8 +17,7 @@ export class Plot {
     this.across = across;
     this.grid = drawn(svg, "g", { class: "grid" });
     this.ticks = drawn(svg, "g", { class: "ticks" });
-    plots += 1;
-    const clip = `x-clip-${plots}`;
+    const clip = `x-clip-${svg.dataset.x}`;
     this.clip = drawn(drawn(svg, "clipPath", { id: clip }), "rect");
     // Marks and texts may pass the edges, lines may not.
     this.lines = new Parts(drawn(svg, "g", { "clip-path": `url(#${clip})` }));

@@ -77,6 +77,19 @@ export const CHOICES = [
     help: "Names of lengths, angles and forces in the drawing of the rod." },
 ];
 
+/** Where the clamp can be (L). */
+export const CLAMP_RANGE = { min: -5, max: 50 };
+/** Curves that can be pinned at the same time. */
+export const MOST_PINS = 3;
+/** Clamp and tip in an address. */
+const POSITIONS = ["clamp", "x0"].map((key) => ({ key, symbol: key, ...CLAMP_RANGE }));
+const SIDES = { key: "side", words: [["1"], ["-1"]] };
+
+/** The law by which slips end: on an oblique stage always at α = 0. @type {(settings: Settings) => SlipLaw} */
+export function lawOf({ law, delta }) {
+  return delta === 0 ? law : "free";
+}
+
 /** @type {(settings: Settings) => Mounting} */
 export function mountingOf({ beta, compliance, kappa0, kappa1, delta }) {
   const radian = Math.PI / 180;
@@ -101,44 +114,46 @@ export function toAddress({ settings, clamp, x0, side, pins }) {
 }
 
 /**
- * Read the text after the # of an address; `mistakes` lists invalid values. null if the text has no settings.
+ * Read the text after the # of an address; `mistakes` lists what is not understood. null if no key is known.
  * @type {(text: string) => (Shared & { mistakes: string[] }) | null}
  */
 export function fromAddress(text) {
   const given = new URLSearchParams(text.replace(/^#/, ""));
-  if (!given.has("theta")) return null;
-  const settings = { ...DEFAULTS };
-  /** @type {string[]} */
-  const mistakes = [];
-  for (const field of [...NUMBERS, ...MOUNTING_NUMBERS, ...ROD_NUMBERS]) {
+  const numbers = [...NUMBERS, ...MOUNTING_NUMBERS, ...ROD_NUMBERS, ...POSITIONS];
+  const choices = [...CHOICES, SIDES];
+  const known = ["pin", ...[...numbers, ...choices].map(({ key }) => key)];
+  if (!known.some((key) => given.get(key))) return null;
+  const unknown = [...given.keys()].filter((key) => !known.includes(key));
+  const mistakes = unknown.map((key) => `${key} in the address is not a known key`);
+  const values = { ...DEFAULTS, clamp: 0, x0: NaN, side: "1" };
+  for (const field of [...numbers, ...choices]) {
     const word = given.get(field.key);
     if (word === null) continue;
-    const { value, mistake } = numberOf(word, field);
-    if (mistake) mistakes.push(`${field.symbol} in the address: ${mistake}`);
-    else settings[field.key] = value;
+    const { value, mistake } = "words" in field ? choiceOf(word, field) : numberOf(word, field);
+    if (mistake) mistakes.push(`${"symbol" in field ? field.symbol : field.key} in the address: ${mistake}`);
+    else Object.assign(values, { [field.key]: value });
   }
-  for (const { key, words } of CHOICES) {
-    const word = given.get(key);
-    if (word === null) continue;
-    const known = words.some(([name]) => name === word);
-    if (known) Object.assign(settings, { [key]: word });
-    else mistakes.push(`${key} in the address must be one of ${words.map(([name]) => name).join(", ")}`);
+  const rods = given.getAll("pin");
+  if (rods.length > MOST_PINS) mistakes.push(`only the first ${MOST_PINS} pins of the address are shown`);
+  /** @type {Settings[]} */
+  const pins = [];
+  for (const pin of rods.slice(0, MOST_PINS).map(fromAddress)) {
+    if (pin) pins.push(pin.settings);
+    mistakes.push(...(pin ? pin.mistakes : ["a pin in the address has no settings"]));
   }
-  const [clamp, x0] = ["clamp", "x0"].map((key) => Number(given.get(key) ?? (key === "x0" ? NaN : 0)));
-  const pins = given.getAll("pin").map(fromAddress).filter((pin) => pin !== null);
-  return {
-    settings,
-    clamp: Number.isFinite(clamp) ? Math.max(-5, Math.min(50, clamp)) : 0,
-    x0,
-    side: given.get("side") === "-1" ? -1 : 1,
-    pins: pins.map((pin) => pin.settings),
-    mistakes: [...mistakes, ...pins.flatMap((pin) => pin.mistakes)],
-  };
+  const { clamp, x0, side, ...settings } = values;
+  return { settings, clamp, x0, side: Number(side), pins, mistakes };
+}
+
+/** @type {(word: string, field: { words: string[][] }) => { value: string, mistake: string }} */
+function choiceOf(value, { words }) {
+  const names = words.map(([name]) => name);
+  return { value, mistake: names.includes(value) ? "" : `must be one of ${names.join(", ")}` };
 }
 
 /**
  * Read a typed number, with a decimal point or comma; `mistake` is empty if the number is allowed.
- * @type {(text: string, field: NumberField) => { value: number, mistake: string }}
+ * @type {(text: string, field: Pick<NumberField, "min" | "max">) => { value: number, mistake: string }}
  */
 export function numberOf(text, { min, max }) {
   const plain = text.trim().replace("−", "-").replace(",", ".");

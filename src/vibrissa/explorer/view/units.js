@@ -11,6 +11,9 @@ export function plainName(name) {
   return name.replace("²", "^2").replaceAll("·", "*").replace("µ", "u").replace("°", "deg");
 }
 
+/** @type {(values: number[], factor: number) => number[]} */
+export const scaled = (values, factor) => values.map((value) => factor * value);
+
 /** L, E·I0/L² and E·I0/L in mm, N and N·mm. @type {(whisker: Whisker) => Record<"length" | "force" | "moment", number>} */
 function scalesOf({ modulus, diameter, length }) {
   // GPa = 10³ N/mm²
@@ -58,7 +61,7 @@ const KNOWN = {
  * @type {(unit: string, quantity: Quantity, whisker: Whisker) => number}
  */
 export function factorOf(unit, quantity, whisker) {
-  const plain = unit.replace(/[µμ]/g, "u").replace(/[·⋅ ]/g, "*");
+  const plain = unit.replace(/[µμ]/g, "u").replace(/[·⋅ ]/g, "*").replace("Nm", "N*m");
   if (plain === "" || plain === "1" || plain === plainName(NONDIMENSIONAL.name[quantity])) return 1;
   const known = KNOWN[plain];
   return known?.[0] === quantity ? known[1] / scalesOf(whisker)[known[0]] : NaN;

@@ -1,7 +1,7 @@
 // Messages: events, conditions and parameters in words.
 
 import { isMirrored } from "../solver/motion.js";
-import { CHOICES, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
+import { CHOICES, lawOf, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
 import { spelled } from "./svg.js";
 
 const ANEW = "The model starts again at α = 0.";
@@ -17,6 +17,10 @@ export function told(event, { path, friction }, length) {
       const start = `${event.x0 > 0 ? "" : "The clamp pulls: "}The tip slips at x0 = ${at}`;
       return event.rest === 0 ? `${start}; x0 reset to 0.` : `${start} and stops at x0 = ${length(event.rest)}.`;
     }
+    case "flies off":
+      return `The slip at x0 = ${at} releases so much energy that the tip lifts off or passes the last known state. ${ANEW}`;
+    case "slides along":
+      return `The tip slides along with the clamp at x0 = ${at}: kinetic friction is as large as static friction.`;
     case "locks":
       return `μ0 = ${spelled(friction.mu0, 3)} is above μ_lock = ${spelled(path.muLock, 4)}: pushing cannot make the tip slip.`;
     case "unlocks":
@@ -39,9 +43,11 @@ export function told(event, { path, friction }, length) {
       return `The rod snaps through at x0 = ${at}: there is no equilibrium beyond. ${ANEW}`;
     case "lifts":
       return `The tip lifts off at x0 = ${at}: the surface would have to pull. ${ANEW}`;
+    case "lets go":
+      return `Beyond x0 = ${at} a tip that still sticks slips forward or leaves the surface. ${ANEW}`;
     case "inadmissible":
       return `At x0 = ${at} ${path.pushed.why}. ${ANEW}`;
-    case "unknown":
+    case "lost":
       return `No state was found beyond x0 = ${at}. ${ANEW}`;
   }
 }
@@ -82,12 +88,13 @@ export function rodName(settings) {
 
 /** All parameters, as the title of an export. @type {(settings: Settings) => string} */
 export function parameters(settings) {
-  const { law, units } = settings;
+  const law = lawOf(settings);
+  const used = { ...settings, law };
   const numbers = NUMBERS.filter(({ key }) => key !== "ratio" || law !== "free");
   const chosen = CHOICES.filter(({ key }) => key === "contact" || key === "section" || key === "law");
   const words = chosen.map(({ key, label, words }) => {
-    return `${label.toLowerCase()} ${words.find(([word]) => word === settings[key])?.[1].toLowerCase()}`;
+    return `${label.toLowerCase()} ${words.find(([word]) => word === used[key])?.[1].toLowerCase()}`;
   });
-  const rod = units === "si" ? named(ROD_NUMBERS, settings) : [];
+  const rod = settings.units === "si" ? named(ROD_NUMBERS, settings) : [];
   return [...named(numbers, settings), ...words, ...deviations(settings), ...rod].join(", ");
 }

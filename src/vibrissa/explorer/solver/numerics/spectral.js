@@ -30,11 +30,9 @@ const rules = new Map();
 
 /** Gauss–Legendre rule with a number of nodes, cached. @type {(count: number) => Rule} */
 export function gaussRule(count) {
-  const known = rules.get(count);
-  if (known) return known;
-  const made = madeRule(count);
-  rules.set(count, made);
-  return made;
+  const rule = rules.get(count) ?? madeRule(count);
+  rules.set(count, rule);
+  return rule;
 }
 
 /** @type {(count: number) => Rule} */

@@ -1,13 +1,6 @@
 // A tapered rod: its shape and forces on a number of nodes, (E1) to (E4) of docs/model.md.
 
-import {
-  arcDensity,
-  arcGrowth,
-  arcLength,
-  bendingCoordinate,
-  compliance,
-  compliances,
-} from "./cone.js";
+import { arcDensity, arcGrowth, arcLength, bendingCoordinate, compliance, compliances } from "./cone.js";
 import { IDEAL, isStraight, naturalSlope, tailOf } from "./mounting.js";
 import { product } from "../numerics/linear.js";
 import { gaussRule, legendre, legendreIntegrals } from "../numerics/spectral.js";
@@ -38,13 +31,10 @@ export class Rod {
   kernel(factors) {
     const [k0, k1, k2] = this.rule.kernels;
     const [a, b, c] = factors;
-    const sum = new Float64Array(k0.length);
-    for (let i = 0; i < sum.length; i += 1) sum[i] = a * k0[i] + b * k1[i] + c * k2[i];
+    const sum = k0.map((value, i) => a * value + b * k1[i] + c * k2[i]);
     const turn = this.mounting.compliance;
-    if (turn === 0) return sum;
     const { weights, count } = this.rule;
-    for (let i = 0; i < sum.length; i += 1) sum[i] += turn * weights[i % count];
-    return sum;
+    return turn === 0 ? sum : sum.map((value, i) => value + turn * weights[i % count]);
   }
 
   /** ds/dτ at the nodes. @type {(sc: number) => Float64Array} */
@@ -54,13 +44,8 @@ export class Rod {
 
   /** Slopes of the unloaded rod at the nodes and, last, at the contact point. @type {(sc: number) => Float64Array} */
   naturalSlopes(sc) {
-    const { nodes: count, rule, theta, mounting } = this;
-    const slopes = new Float64Array(count + 1);
-    for (let i = 0; i < count; i += 1) {
-      slopes[i] = naturalSlope(mounting, arcLength(theta, sc, rule.nodes[i]));
-    }
-    slopes[count] = naturalSlope(mounting, sc);
-    return slopes;
+    const { rule, theta, mounting } = this;
+    return Float64Array.from([...rule.nodes, 1], (tau) => naturalSlope(mounting, arcLength(theta, sc, tau)));
   }
 
   /** @type {(unknowns: Float64Array) => NodeValues} */
@@ -115,16 +100,9 @@ export class Rod {
 
   /** Bending moments at the nodes. @type {(unknowns: Float64Array) => Float64Array} */
   moments(unknowns) {
-    const { gradient } = this.parts(unknowns);
-    const { fromStart, weights } = this.rule;
-    const count = this.nodes;
-    return weights.map((_, i) => {
-      let m = 0;
-      for (let k = 0; k < count; k += 1) {
-        m -= (weights[k] - fromStart[i * count + k]) * gradient[k];
-      }
-      return m;
-    });
+    // The last sum is that up to the contact point, where the moment is zero.
+    const sums = product(this.rule.fromStart, this.parts(unknowns).gradient);
+    return sums.subarray(0, this.nodes).map((sum) => sum - sums[this.nodes]);
   }
 
   /** Elastic energy of rod and clamp (M1), in units of E·I0/L. @type {(unknowns: Float64Array) => number} */
@@ -181,10 +159,7 @@ export class Rod {
    * @type {(state: State) => number}
    */
   decay(state) {
-    const coefficients = product(
-      this.rule.toCoefficients,
-      state.unknowns.subarray(0, this.nodes),
-    ).map(Math.abs);
+    const coefficients = product(this.rule.toCoefficients, state.unknowns.subarray(0, this.nodes)).map(Math.abs);
     const last = Math.max(...coefficients.subarray(this.nodes - 2));
     return last / Math.max(...coefficients);
   }

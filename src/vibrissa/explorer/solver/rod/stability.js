@@ -126,9 +126,7 @@ function rotations(rod, state, sin, cos) {
   const { nodes: count, rule } = rod;
   const size = 2 * count + 1;
   const [along, across] = [new Float64Array(count * size), new Float64Array(count * size)];
-  const bend = rule.nodes.map((tau, k) =>
-    Math.sqrt(rule.weights[k] * compliance(rod.theta, state.sc, tau)),
-  );
+  const bend = rule.nodes.map((tau, k) => Math.sqrt(rule.weights[k] * compliance(rod.theta, state.sc, tau)));
   const twist = bend.map((value) => Math.sqrt(1 + POISSON) * value);
   const [x, y] = clampTurn(rod, state.m);
   for (let i = 0; i < count; i += 1) {
