@@ -74,7 +74,7 @@ def test_a_tip_that_would_slip_back_before_it_lifts_off_locks():
     assert ends == [End.SLIPS_BACK, End.SLIPS_BACK, End.NOT_FOLLOWED]
     assert states.mobilised_friction[:2] == pytest.approx([-0.138, -0.15])
     assert curve.end_message.startswith(
-        "the normal force vanishes beyond x0 = 0.364366: a tip that"
+        "the normal force vanishes beyond x0 = 0.364367: a tip that"
     )
 
 

@@ -131,9 +131,12 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
     at[np.isnan(at)] = np.inf
     stop, ends = at.min(axis=0), np.array([*found], dtype=object)[at.argmin(axis=0)]
     begins = stop > pieces.start + SAME
-    # Samples at which the tip is pushed back.
-    places = pieces.sample_places
-    back = (fx > ROUNDING) & (places < stop[:, None])
+    # Where the tip is pushed forward again, after the last sample at which it is pushed back.
+    back = (fx > ROUNDING) & (pieces.sample_places < stop[:, None])
+    before = np.logical_or.accumulate(back[:, ::-1], axis=1)[:, ::-1]
+    falling = np.where(before, -np.abs(fx), -fx)
+    forward_at = pieces.first(rows, falling, zeros, {"reaction_fx": -1.0})
+    again = before[:, 0] & (forward_at < stop)
     shorter, cut = pieces.copy(), np.flatnonzero(begins & (stop < pieces.stop))
     shorter.put(cut, pieces.take(cut).up_to(stop[cut]))
     kept = []
@@ -145,13 +148,11 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
             reason = str(limits.reason[row]) if end is End.OUT_OF_REACH else ""
         if end is End.SWINGS_ASIDE and last == own.start:
             reason = NOT_IN_PLANE
-        pushed_back = own.start + np.flatnonzero(back[own.start : last].any(axis=1))
-        forward = end is End.LIFTS_OFF and shorter.states.reaction_fx[last - 1, -1] < 0.0
-        if forward and len(pushed_back):
+        turns = own.start + np.flatnonzero(again[own.start : last])
+        if end is End.LIFTS_OFF and len(turns):
             # The lock is the maximum of −tan α before the tip is pushed back, not the lift-off.
-            row = pushed_back[-1:]
-            shorter.put(row, pieces.take(row).up_to(places[row, back[row[0]].nonzero()[0][-1]]))
-            end, last = End.NOT_FOLLOWED, int(row[0]) + 1
+            shorter.put(turns[-1:], pieces.take(turns[-1:]).up_to(forward_at[turns[-1:]]))
+            end, last = End.NOT_FOLLOWED, int(turns[-1]) + 1
             reason = LIFTS_AFTER.format(x0=shorter.last_x0[last - 1])
         some = shorter.take(np.arange(own.start, last))
         kept.append(replace(curve, pieces=some, end=end, end_message=reason))
