@@ -35,6 +35,21 @@ def test_a_mistake_within_its_tolerance_is_covered(title, method, seed):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize(("encoder", "most"), [(0.0, 0.97), (5e-5, 0.99)])
+def test_intervals_hold_the_truth_as_often_as_they_say(method, encoder, most):
+    """Of some 600 periods 95 % have a standard error of 0.9 %."""
+    row, scores = laboratory.Row(title="", sizes={}, encoder=encoder), []
+    for seed in range(200, 230):
+        frame, truth = recorded(row, Said.ENOUGH, seed)
+        scores.append(laboratory.scored(frame, truth, row, Said.ENOUGH, method))
+    assert not any(score.doubted for score in scores)
+    assert 0.93 <= np.mean([score.covered for score in scores]) <= most
+    bias = np.array([score.bias for score in scores])
+    assert abs(bias.mean()) < 4.0 * bias.std() / np.sqrt(len(bias)) + 1e-4
+
+
+@pytest.mark.slow
 def test_the_ratio_of_a_turned_transducer_is_doubted_where_a_rod_is_given():
     score = entry("transducer turned by 0.3°", Said.LITTLE, 3, Method.RATIO)
     assert score.read and score.doubted and abs(score.bias) > score.half

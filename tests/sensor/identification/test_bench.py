@@ -9,7 +9,6 @@ from validation.sensor.laboratory import (
     NOISE,
     ROWS,
     STEP,
-    Row,
     Said,
     believed,
     in_words,
@@ -40,24 +39,6 @@ def frame_of(truth, readings=None, interval=0.01):
         "footpoint [mm]": truth.stage * LENGTH * 1e3,
     }
     return pd.DataFrame(columns | dict(zip(NAMES, (readings * UNITS).T, strict=True)))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", list(Method))
-@pytest.mark.parametrize(("encoder", "most"), [(0.0, 0.97), (5e-5, 0.99)])
-def test_intervals_hold_the_truth_as_often_as_they_say(method, encoder, most):
-    """Of some 600 periods 95 % have a standard error of 0.9 %."""
-    row, inside, errors = Row(title="", sizes={}, encoder=encoder), [], []
-    for seed in range(200, 230):
-        frame, truth = recorded(row, Said.ENOUGH, seed)
-        found = read(frame, row, Said.ENOUGH, method)
-        assert set(found.periods.doubt) == {""}
-        error, hold = seen(found, truth)
-        assert len(error) == truth.period[-1] - 1
-        inside += hold.tolist()
-        errors += error.tolist()
-    assert len(inside) > 550 and 0.93 <= np.mean(inside) <= most
-    assert abs(np.mean(errors)) < 4.0 * np.std(errors) / np.sqrt(len(errors)) + 1e-4
 
 
 @pytest.mark.slow
