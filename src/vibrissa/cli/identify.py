@@ -9,7 +9,7 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
-from vibrissa.cli.yielding import material_of, warn_of_yield
+from vibrissa.cli.warnings import material_of, warn
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup
 from vibrissa.sensor.setup import TOLERANCES
 from vibrissa.wording import counted, see_page
@@ -70,7 +70,7 @@ def identify(
         # The rod bends most at its least height.
         lowest = setup.whisker.level(float(setup.whisker.height(periods.footpoint[slips]).min()))
         onset = float(lowest.curve.onset(periods.mu0[slips].max()))
-        warn_of_yield(lowest, onset if np.isfinite(onset) else lowest.curve.x0_lock, material)
+        warn(lowest, onset if np.isfinite(onset) else lowest.curve.x0_lock, material)
 
 
 def _lines(found: Identification, verbose: bool) -> Iterator[str]:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
-from vibrissa.cli.yielding import material_of, warn_of_yield
+from vibrissa.cli.warnings import material_of, warn
 from vibrissa.sensor import Setup, SlipLaw, surfaces
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
@@ -59,4 +59,4 @@ def scan(
     hand_out(signals, f"{output}: {signals}", output)
     # The rod bends most at its least height.
     lowest = whisker.level(float(whisker.height(signals.truth.clamp).min()))
-    warn_of_yield(lowest, float(signals.truth.x0.max()), material)
+    warn(lowest, float(signals.truth.x0.max()), material)

@@ -6,7 +6,7 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
-from vibrissa.cli.yielding import material_of, warn_of_yield
+from vibrissa.cli.warnings import material_of, warn
 from vibrissa.outcomes import Status
 from vibrissa.sensor import Setup
 
@@ -30,4 +30,4 @@ def solve(
     hand_out(found, str(found), output)
     if found.onset.status in (Status.FAILED, Status.OUT_OF_REACH):
         raise typer.Exit(1)
-    warn_of_yield(whisker, found.onset.x0_slip, material)
+    warn(whisker, found.onset.x0_slip, material)

@@ -313,7 +313,7 @@ def _bounds(fit: Fit) -> FloatArray:
     low[number["theta"]] = 1.0 - given.theta
     low[number["eta"]], high[number["eta"]] = LOWEST - given.eta, HIGHEST - given.eta
     low[number["clamp_compliance"]] = -given.mounting.clamp_compliance
-    if fit.set_up.heights.lies:
-        # A rod that is curved towards the surface arches over it and does not lie down.
+    if fit.set_up.heights.x0_touch <= fit.u.max():
+        # A rod that is curved towards the surface arches over it before its tip is level.
         high[number["curvature"]] = max(0.0, -given.mounting.coefficients[0])
     return np.asarray(np.stack([low, high])[:, fit.free] / fit.sigma[fit.free])

@@ -207,13 +207,29 @@ class SetUp:
         return readings, frictions
 
 
+def _all_landmarks(branch: Response) -> FloatArray:
+    return branch.bounds
+
+
+def _without_lock(branch: Response) -> FloatArray:
+    """Where a kink passes the lock, only the kink matters: at a lock the reactions are smooth."""
+    return np.unique([branch.x0_pull, 0.0, *branch.kinks, branch.x0_end])
+
+
+def _up_to_lock(branch: Response) -> FloatArray:
+    """Kinks past the lock may appear and vanish with the height."""
+    bounds = branch.bounds
+    return bounds[(bounds <= branch.x0_lock) | (bounds == branch.x0_end)]
+
+
 def _part(heights: FloatArray, branches: list[Response]) -> Heights:
     """Interpolate responses between a few heights."""
     low, high = float(heights[0]), float(heights[-1])
-    found = Heights(low=low, high=high, branches=tuple(branches))
-    # The kind of end of a response, far past its lock, may differ between heights.
-    if len({len(branch.bounds) for branch in branches}) > 1 or not found.finite:
-        raise NoResponseError(
-            f"the kind of contact changes between the heights {low:.6g} and {high:.6g} (units of L)"
-        )
-    return found
+    for choose in (_all_landmarks, _without_lock, _up_to_lock):
+        some = tuple(replace(branch, bounds=choose(branch)) for branch in branches)
+        found = Heights(low=low, high=high, branches=some)
+        if len({len(branch.bounds) for branch in some}) == 1 and found.finite:
+            return found
+    raise NoResponseError(
+        f"the kind of contact changes between the heights {low:.6g} and {high:.6g} (units of L)"
+    )

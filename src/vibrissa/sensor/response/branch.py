@@ -105,6 +105,8 @@ class Response(States):
     ----------
     reactions : PPoly
         fx, fy (E·I0/L²) and m (E·I0/L) over x0, from x0_pull to x0_end.
+    kinks : ndarray
+        Displacements at which the kind of contact changes (L).
     swings : bool
         Whether the rod buckles laterally at x0_end, and the tip can then be followed while it is
         dragged behind the clamp: the mounting is ideal, and states with x0 < 0 were solved.
@@ -118,6 +120,7 @@ class Response(States):
     x0_end: float
     x1_init: float
     bounds: FloatArray
+    kinks: FloatArray
     swings: bool
     curve: StickingCurve
 
@@ -174,8 +177,12 @@ def tabulated(curve: StickingCurve) -> Response:
         states = pieces.at(np.full(KNOTS, number), t)
         # The first x0 of a piece is taken without rounding, so that a piece contains x0 = 0.
         x0 = np.append(begin, states.x0[1:])
-        loads = [states.reaction_fx, states.reaction_fy, states.reaction_m]
-        parts.append(CubicSpline(x0, np.stack(loads, axis=-1)))
+        loads = np.stack([states.reaction_fx, states.reaction_fy, states.reaction_m], axis=-1)
+        first = 0
+        if not number and (np.diff(x0) <= 0.0).any():
+            # The end of a retraction may be a little past a limit point.
+            first = int(np.flatnonzero(np.diff(x0) <= 0.0)[-1]) + 1
+        parts.append(CubicSpline(x0[first:], loads[first:]))
     reactions = PPoly(
         np.concatenate([part.c for part in parts], axis=1),
         np.concatenate([*(part.x[:-1] for part in parts), parts[-1].x[-1:]]),
@@ -194,6 +201,7 @@ def tabulated(curve: StickingCurve) -> Response:
         x0_end=x0_end,
         x1_init=curve.x1_init,
         bounds=np.unique([x0_pull, 0.0, *kinks, x0_lock, x0_end]),
+        kinks=kinks,
         swings=dragged and curve.end is End.SWINGS_ASIDE,
         curve=curve,
     )

@@ -50,9 +50,9 @@ class Heights:
 
     @cached_property
     def _series(self) -> tuple[FloatArray, FloatArray]:
-        """Chebyshev coefficients over η of landmarks and x1_init, and of the reactions."""
+        """Chebyshev coefficients over η of the landmarks, and of the reactions."""
         transform = chebyshev_transform(len(self.branches))
-        marks = np.array([[*branch.bounds, branch.x1_init] for branch in self.branches])
+        marks = np.array([[*one.bounds, one.x0_lock, one.x1_init] for one in self.branches])
         values = np.array([branch(_displacements(branch.bounds)) for branch in self.branches])
         return transform @ marks, np.tensordot(transform, values, axes=1)
 
@@ -74,7 +74,7 @@ class Heights:
         return np.asarray(chebvander(position, len(self.branches) - 1))
 
     def landmarks(self, eta: FloatArray) -> FloatArray:
-        """Return the landmarks and x1_init (L) at n heights: a row for each height."""
+        """Return the landmarks, the lock again, and x1_init (L): a row for each height."""
         return np.asarray(self._row(eta) @ self._series[0])
 
     def reactions(self, x0: FloatArray, eta: FloatArray, order: int = 0) -> FloatArray:
@@ -88,7 +88,7 @@ class Heights:
             Order of the derivative; 0 for the reactions.
         """
         row = self._row(eta)
-        bounds = (row @ self._series[0])[:, :-1]
+        bounds = (row @ self._series[0])[:, :-2]
         stretch = (x0[:, None] >= bounds[:, 1:-1]).sum(axis=1)
         here = np.arange(len(x0))
         width = bounds[here, stretch + 1] - bounds[here, stretch]
@@ -131,10 +131,10 @@ class HeightRange:
         return all(part.branches[0].swings for part in self.parts)
 
     @property
-    def lies(self) -> bool:
-        """Whether the rod lies on the surface in some of its states."""
-        branches = (branch for part in self.parts for branch in part.branches)
-        return any(branch.curve.pieces.line.any() for branch in branches)
+    def x0_touch(self) -> float:
+        """Least x0 at which the tip is level with the surface (L); infinite if there is none."""
+        touches = [one.curve.x0_touch for part in self.parts for one in part.branches]
+        return min(filter(np.isfinite, touches), default=np.inf)
 
     def part_of(self, eta: ArrayLike) -> IntArray:
         """Find the number of the part in which each height lies."""
@@ -148,8 +148,8 @@ class HeightRange:
         found = np.empty((4, len(flat)))
         for number, part in enumerate(self.parts):
             on = part_of == number
-            found[:, on] = part.landmarks(flat[on])[:, [0, part.branches[0].lock, -2, -1]].T
-        pull, lock, end, x1_init = found.reshape(4, *eta.shape)
+            found[:, on] = part.landmarks(flat[on])[:, [0, -3, -2, -1]].T
+        pull, end, lock, x1_init = found.reshape(4, *eta.shape)
         return HeightStates(
             heights=self, eta=eta, x0_pull=pull, x0_lock=lock, x0_end=end, x1_init=x1_init
         )
@@ -178,7 +178,7 @@ class HeightStates(States):
     def bounds(self) -> FloatArray:  # type: ignore[override]
         """Landmarks of the single height `eta`, between which the reactions are smooth (L)."""
         part = self.heights.parts[int(self.heights.part_of(self.eta))]
-        return part.landmarks(np.atleast_1d(self.eta))[0, :-1]
+        return part.landmarks(np.atleast_1d(self.eta))[0, :-2]
 
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
         """Differentiate fx, fy and m `order` times with respect to x0, shape x0.shape + (3,)."""

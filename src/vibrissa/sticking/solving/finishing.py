@@ -205,6 +205,9 @@ def _with_dips(at: FloatArray, looked: Clearance, beyond: int) -> FloatArray:
     # Each clearance is smooth by itself; the smallest of them is not.
     for values in looked.columns.values():
         lowest = (values < CLOSE) & (values <= np.minimum(values[before], values[after]))
+        # A rod that lies on the surface is at 0 up to rounding, or counts as far from it.
+        far = np.isinf(np.maximum(values[before], values[after]))
+        lowest &= ~(far & (np.abs(values) < TOLERANCE))
         for k in np.flatnonzero(lowest[:beyond]):
             rise = max(values[before[k]], values[after[k]]) - values[k]
             low, high = at[before[k]], at[after[k]]
@@ -226,5 +229,7 @@ def _first_inadmissible(look: Callable[[FloatArray], Clearance], low: float, hig
 
     if low == high or excess(low) <= 0.0:
         return low
+    if excess(high) > 0.0:  # by rounding, as it was found together with other places
+        return high
     # Just beyond the limit, so that the shape there shows the reason.
     return min(float(brentq(excess, low, high, xtol=LIMIT_TOLERANCE)) + LIMIT_TOLERANCE, high)

@@ -1,10 +1,11 @@
-"""A warning if the strain of a rod exceeds the yield strain of its material."""
+"""Warnings if a rod yields, or passes through the surface."""
 
 from typing import TYPE_CHECKING
 
 import typer
 
 from vibrissa.errors import ArgumentError
+from vibrissa.outcomes import Contact
 from vibrissa.quantities.units import Kind
 from vibrissa.sensor.onset import largest_strain
 from vibrissa.sensor.setup import Setup
@@ -32,8 +33,8 @@ def material_of(setup: Setup) -> "Material | None":
     return None
 
 
-def warn_of_yield(whisker: Whisker, end: float, material: "Material | None") -> None:
-    """Warn if the rod yields in a period of sticking; the warning names the most strained place.
+def warn(whisker: Whisker, end: float, material: "Material | None") -> None:
+    """Warn if the rod passes through the surface or yields in a period of sticking.
 
     Parameters
     ----------
@@ -43,6 +44,13 @@ def warn_of_yield(whisker: Whisker, end: float, material: "Material | None") -> 
     material : Material or None
         None if the material is unknown.
     """
+    touch = whisker.curve.x0_touch
+    if whisker.contact == Contact.POINT and touch < end:
+        typer.echo(
+            f"warning: from x0 = {whisker.units.spelled(touch, Kind.LENGTH, 3)} on the rod passes "
+            "through the surface; give --contact line, in which it lies down.",
+            err=True,
+        )
     if whisker.rod is None or material is None or not end > 0.0:
         return
     most = largest_strain(whisker.curve, min(end, whisker.curve.x0_end))
