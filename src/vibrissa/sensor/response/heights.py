@@ -298,7 +298,7 @@ def _parts(whisker: Whisker, low: float, high: float) -> list[Heights]:
             least, most = (whisker.units.spelled(eta, Kind.LENGTH) for eta in (low, high))
             raise NoResponseError(
                 f"the stage takes the rod to heights from {least} to {most}, where the response "
-                f"is not known: {error}; shorten the path"
+                f"is not known: {error}; shorten the path, or take another eta or theta"
             ) from None
     return [*_parts(whisker, low, middle), *_parts(whisker, middle, high)]
 
