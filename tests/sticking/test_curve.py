@@ -205,10 +205,3 @@ def test_locking_friction_varies_smoothly_up_to_lifting_off():
     values = [solve_curve(1.0, eta).mu_lock for eta in (0.3, 0.25, 0.2, 0.18)]
     assert values[-1] == np.inf
     assert all(low < high for low, high in pairwise(values))
-
-
-def test_a_curve_is_shown_by_what_one_asks_of_it(papers):
-    shown = repr(papers)
-    assert "mu_lock=" in shown
-    assert "x0_lock=" in shown
-    assert "array" not in shown

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.identification.slips import LOST, Spans, usual_step
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.task import Task
@@ -104,6 +105,8 @@ class Periods(Batch):
         Position of the tip (L); NaN without a rod.
     footpoint : ndarray
         Position of the clamp in the last sample (L).
+    start : ndarray
+        Mobilised friction in the first sample; NaN if a force was not recorded.
     mu0, deviation, low, high : ndarray
         Static friction at the contact point, its standard deviation, and the ends of its 95 %
         interval. If only `low` is known, the others are NaN.
@@ -126,6 +129,7 @@ class Periods(Batch):
     last_line: IntArray
     contact: FloatArray
     footpoint: FloatArray
+    start: FloatArray
     mu0: FloatArray
     deviation: FloatArray
     low: FloatArray
@@ -242,6 +246,7 @@ def periods_of(
     growth = np.abs(along[:, 2] - along[:, 0])
     by_step, normal = step_deviation(growth, 1.0), np.hypot(own, common)
     mu0, width = along @ SIMPSON, half_width(0.5 * growth, normal)
+    fx, fy = recording.readings[spans.begins][:, FORCES].T
     return Periods(
         status=np.full(len(spans), PeriodStatus.SLIP),
         first=task.row[spans.begins],
@@ -250,6 +255,7 @@ def periods_of(
         last_line=recording.line[spans.ends],
         contact=np.full(len(spans), np.nan),
         footpoint=recording.clamp[spans.ends],
+        start=task.ends.sign * np.divide(fx, fy, out=np.full(len(fx), np.nan), where=fy != 0.0),
         mu0=mu0,
         deviation=np.hypot(by_step, normal),
         low=np.maximum(mu0 - width, 0.0),

@@ -4,8 +4,10 @@ Period i has the friction coefficient μ_i. Its error has the standard deviation
 noise of its readings, and s_i, due to the step of the stage; e_i is the change of μ_i per unit of
 each error of the set-up. Friction varies from place to place with the variance t² (DerSimonian and
 Laird). Errors of the set-up are common to all periods. So is the part s'_i² = max(0, s_i² − l²) of
-the variance due to the step, where l² is t² less two of its standard errors, at least 0. With the
-weights w_i, proportional to 1/(n_i² + t² + s'_i²), whose sum is 1,
+the variance due to the step, where l² is r²·t², with t² less two of its standard errors, at least
+0. Periods end at different places of a step if they differ in travel: r is the part of the friction
+that rises in the period; the rest is left from the slip before. With the weights w_i, proportional
+to 1/(n_i² + t² + s'_i²), whose sum is 1,
 
     mean = Σ w_i·μ_i,   random² = Σ w_i²·(n_i² + s_i² − s'_i²),
     common² = (Σ w_i·s'_i)² + e·C·eᵀ,   e = Σ w_i·e_i.
@@ -185,7 +187,8 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
     # A period without any error would have all the weight.
     floor = np.maximum(ROUNDING * some.deviation**2, LEAST)
     between, error = variance_between(some.mu0, np.maximum(noise, floor))
-    same_step = np.maximum(step - max(0.0, between - 2.0 * error), 0.0)
+    rises = np.clip(np.nan_to_num(np.median(1.0 - some.start / some.mu0), nan=1.0), 0.0, 1.0)
+    same_step = np.maximum(step - rises**2 * max(0.0, between - 2.0 * error), 0.0)
     weights = 1.0 / np.maximum(noise + between + same_step, floor)
     weights /= weights.sum()
     effect = weights @ some.effects
