@@ -22,6 +22,8 @@ LEANS = "--stage-angle '2 deg'"
 CURVED = "--clamp-angle '3 deg' --set curvature='1 m^-1' --set clamp_compliance='0.1 rad/(N*m)'"
 LIES = "--eta '55 mm' --contact line"
 LOW, KINKS = "--eta '70 mm'", "--eta '80 mm' --contact line"
+VANISH = "--eta '83 mm' --contact line"
+QUIET = "--set noise='0.2 mN, 0.2 mN, 2 uN*m'"
 PLANAR = "--set section=planar"
 NOISY = "--set noise='20 mN, 20 mN, 300 uN*m'"
 SOLVE = "solve -o out.csv --mu0"
@@ -38,7 +40,8 @@ SIMULATED = {
     "lies": (f"--mu0 0.5 --to '25 mm' {LIES} {NANO}", f"{STEEL} {LIES} {NANO}"),
     "passes": (f"--mu0 0.42 --to '12 mm' {LOW} {NANO}", f"{STEEL} {LOW} {NANO}"),
     "kinks": (f"--mu0 0.2 --to '9 mm' {KINKS} {NANO}", f"{STEEL} {KINKS} {NANO}"),
-    "sticks": (f"--mu0 0.4 --to '3 mm' {NANO}", f"{STEEL} {NANO}"),
+    "vanish": (f"--mu0 0.2 --to '9 mm' {VANISH} {NANO}", f"{STEEL} {VANISH} {NANO}"),
+    "sticks": (f"--mu0 0.4 --to '4 mm' {QUIET}", f"{STEEL} {QUIET}"),
     "coarse": (f"--patches '0 mm: 0.2, 45 mm: 0.4' --step '1 mm' --to '60 mm' {NANO}", NANO),
     "noisy": (f"--mu0 0.3 --to '20 mm' {NOISY} --law kinetic", f"{STEEL} {NOISY}"),
 }
@@ -49,8 +52,6 @@ COMMANDS = {
     "solve, locks": f"{SOLVE} 0.6 --theta 2 --eta 0.85 --set section=planar",
     "solve, buckles": f"{SOLVE} 0.6 --theta 2 --eta 0.85 --clamp-angle '-1 deg' --step 0.01",
     "solve, fails": f"{SOLVE} 0.6 --theta 2 --eta 0.05 --clamp-angle '60 deg' --set curvature=2",
-    "solve, tapered": f"{SOLVE} 0.1 --theta 4 --eta 0.845 {PLANAR} --clamp-angle '0.034 rad' "
-    "--set curvature=0.0032",
     "scan, tapered": "scan --theta 10 --eta 0.5 --contact line --set curvature=-0.02 --mu0 0.2 "
     "--step 0.001 --to 0.05 -o out.csv",
     "scan, back": f"{SCAN} --mu0 0.3 --to '15 mm' --to '8 mm' --law kinetic {NANO}",
