@@ -18,32 +18,28 @@ STEEL = "--theta 2 --eta '85 mm' --modulus '210 GPa' --diameter '0.8 mm' --lengt
 NANO = "--transducer nano17-si-12-0.12"
 MEASURED = "identify examples/measurement.csv -o out.csv"
 SCAN = f"scan {STEEL} --step '50 um' -o out.csv"
-LEANS = "--stage-angle '2 deg'"
-CURVED = "--clamp-angle '3 deg' --set curvature='1 m^-1' --set clamp_compliance='0.1 rad/(N*m)'"
-LIES = "--eta '55 mm' --contact line"
-LOW, KINKS = "--eta '70 mm'", "--eta '80 mm' --contact line"
-VANISH = "--eta '83 mm' --contact line"
-QUIET = "--set noise='0.2 mN, 0.2 mN, 2 uN*m'"
-PLANAR = "--set section=planar"
-NOISY = "--set noise='20 mN, 20 mN, 300 uN*m'"
 SOLVE = "solve -o out.csv --mu0"
-# Simulated recordings, which are then identified, with a rod unless the options say otherwise.
+RIG = f"{STEEL} {NANO}"
+LEANS = "--stage-angle '2 deg'"
+NOISY = "--set noise='20 mN, 20 mN, 300 uN*m'"
+CURVED = "--clamp-angle '3 deg' --set curvature='1 m^-1' --set clamp_compliance='0.1 rad/(N*m)'"
+# Recordings that are simulated, then identified: options of scan, of both commands, of identify.
 SIMULATED = {
-    "texture": (f"--texture '0.3, 0.05, 2 mm' --to '20 mm' {NANO}", f"{STEEL} {NANO} --verbose"),
-    "oblique": (f"--mu0 0.3 --to '40 mm' --law energy {LEANS} {NANO}", f"{STEEL} {LEANS} {NANO}"),
-    "level": (f"--mu0 0.3 --to '20 mm' {LEANS} {NANO}", f"{STEEL} {NANO} --tolerance exact"),
-    "curved": (f"--mu0 0.2 --to '9 mm' {CURVED} {NANO}", f"{STEEL} {CURVED}"),
-    "straight": (f"--mu0 0.2 --to '15 mm' {CURVED} {NANO}", f"{STEEL} {NANO} --verbose"),
-    "back": (f"--mu0 0.3 --to '12 mm' --to '1 mm' --to '14 mm' {NANO}", f"{STEEL} --method ratio"),
-    "buckles": (f"--mu0 0.6 --to '60 mm' {NANO}", f"{STEEL} {NANO}"),
-    "planar": (f"--mu0 0.6 --to '40 mm' {PLANAR} {NANO}", f"{STEEL} {PLANAR} {NANO}"),
-    "lies": (f"--mu0 0.5 --to '25 mm' {LIES} {NANO}", f"{STEEL} {LIES} {NANO}"),
-    "passes": (f"--mu0 0.42 --to '12 mm' {LOW} {NANO}", f"{STEEL} {LOW} {NANO}"),
-    "kinks": (f"--mu0 0.2 --to '9 mm' {KINKS} {NANO}", f"{STEEL} {KINKS} {NANO}"),
-    "vanish": (f"--mu0 0.2 --to '9 mm' {VANISH} {NANO}", f"{STEEL} {VANISH} {NANO}"),
-    "sticks": (f"--mu0 0.4 --to '4 mm' {QUIET}", f"{STEEL} {QUIET}"),
-    "coarse": (f"--patches '0 mm: 0.2, 45 mm: 0.4' --step '1 mm' --to '60 mm' {NANO}", NANO),
-    "noisy": (f"--mu0 0.3 --to '20 mm' {NOISY} --law kinetic", f"{STEEL} {NOISY}"),
+    "texture": ("--texture '0.3, 0.05, 2 mm' --to '20 mm'", RIG, "--verbose"),
+    "oblique": ("--mu0 0.3 --to '40 mm' --law energy", f"{RIG} {LEANS}", ""),
+    "level": (f"--mu0 0.3 --to '20 mm' {LEANS}", RIG, "--tolerance exact"),
+    "curved": (f"--mu0 0.2 --to '9 mm' {NANO}", f"{STEEL} {CURVED}", ""),
+    "straight": (f"--mu0 0.2 --to '15 mm' {CURVED}", RIG, "--verbose"),
+    "back": (f"--mu0 0.3 --to '12 mm' --to '1 mm' --to '14 mm' {NANO}", STEEL, "--method ratio"),
+    "buckles": ("--mu0 0.6 --to '60 mm'", RIG, ""),
+    "planar": ("--mu0 0.6 --to '40 mm'", f"{RIG} --set section=planar", ""),
+    "lies": ("--mu0 0.5 --to '25 mm'", f"{RIG} --eta '55 mm' --contact line", ""),
+    "passes": ("--mu0 0.42 --to '12 mm'", f"{RIG} --eta '70 mm'", ""),
+    "kinks": ("--mu0 0.2 --to '9 mm'", f"{RIG} --eta '80 mm' --contact line", ""),
+    "vanish": ("--mu0 0.2 --to '9 mm'", f"{RIG} --eta '83 mm' --contact line", ""),
+    "sticks": ("--mu0 0.4 --to '4 mm'", f"{STEEL} --set noise='0.2 mN, 0.2 mN, 2 uN*m'", ""),
+    "coarse": (f"{STEEL} --patches '0 mm: 0.2, 45 mm: 0.4' --step '1 mm' --to '60 mm'", NANO, ""),
+    "noisy": ("--mu0 0.3 --to '20 mm' --law kinetic", f"{STEEL} {NOISY}", ""),
 }
 COMMANDS = {
     "solve": f"{SOLVE} 0.3 --step '20 um' --material music-wire {STEEL}",
@@ -64,9 +60,9 @@ COMMANDS = {
     "identify, wrong": f"{MEASURED} {STEEL} --set modulus='200 GPa' --tolerance exact",
     "identify, noisier": f"{MEASURED} {STEEL} --noise '1 mN, 1 mN, 5 uN*m'",
     **{
-        f"identify, {name}": f"scan {STEEL} --step '50 um' {scan} -o in.parquet && "
-        f"identify in.parquet {identify} -o out.csv"
-        for name, (scan, identify) in SIMULATED.items()
+        f"identify, {name}": f"scan --step '50 um' {both} {scan} -o in.parquet && "
+        f"identify in.parquet {both} {identify} -o out.csv"
+        for name, (scan, both, identify) in SIMULATED.items()
     },
     "design": "design --rod examples/wire.toml --step '50 um' --mu0 '0.2 to 0.4' --theta '1, 2' "
     "--eta '0.85 to 0.9' --diameter '0.5 to 0.8 mm' -o out.toml",

@@ -119,24 +119,18 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
 def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[StickingCurve]:
     """Cut each curve off where the first of its possible ends occurs."""
     pieces = Pieces.concatenate([curve.pieces for curve in followed])
-    rows, zeros = np.arange(len(pieces)), np.zeros(len(pieces))
-    fx, fy = pieces.samples.reaction_fx, pieces.samples.reaction_fy
+    rows, fy = np.arange(len(pieces)), pieces.samples.reaction_fy
     found = {
         End.OUT_OF_REACH: limits.out_of_reach,
         End.SWINGS_ASIDE: np.fmin(limits.swings_aside, _passes_under(followed, pieces)),
         End.SNAPS: pieces.turning_points(),
-        End.LIFTS_OFF: pieces.first(rows, fy, zeros, {"reaction_fy": 1.0}),
+        End.LIFTS_OFF: pieces.first(rows, fy, np.zeros(len(rows)), {"reaction_fy": 1.0}),
     }
     at = np.array([*found.values()])
     at[np.isnan(at)] = np.inf
     stop, ends = at.min(axis=0), np.array([*found], dtype=object)[at.argmin(axis=0)]
     begins = stop > pieces.start + SAME
-    # Where the tip is pushed forward again, after the last sample at which it is pushed back.
-    back = (fx > ROUNDING) & (pieces.sample_places < stop[:, None])
-    before = np.logical_or.accumulate(back[:, ::-1], axis=1)[:, ::-1]
-    falling = np.where(before, -np.abs(fx), -fx)
-    forward_at = pieces.first(rows, falling, zeros, {"reaction_fx": -1.0})
-    again = before[:, 0] & (forward_at < stop)
+    forward_at = _pushed_forward_again(pieces, stop)
     shorter, cut = pieces.copy(), np.flatnonzero(begins & (stop < pieces.stop))
     shorter.put(cut, pieces.take(cut).up_to(stop[cut]))
     kept = []
@@ -148,7 +142,7 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
             reason = str(limits.reason[row]) if end is End.OUT_OF_REACH else ""
         if end is End.SWINGS_ASIDE and last == own.start:
             reason = NOT_IN_PLANE
-        turns = own.start + np.flatnonzero(again[own.start : last])
+        turns = own.start + np.flatnonzero(np.isfinite(forward_at[own.start : last]))
         if end is End.LIFTS_OFF and len(turns):
             # The lock is the maximum of −tan α before the tip is pushed back, not the lift-off.
             shorter.put(turns[-1:], pieces.take(turns[-1:]).up_to(forward_at[turns[-1:]]))
@@ -157,6 +151,19 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
         some = shorter.take(np.arange(own.start, last))
         kept.append(replace(curve, pieces=some, end=end, end_message=reason))
     return kept
+
+
+def _pushed_forward_again(pieces: Pieces, stop: FloatArray) -> FloatArray:
+    """Parameter values below `stop` where fx falls through 0 for the last time, else NaN.
+
+    Before them the tip is pushed back.
+    """
+    rows, fx = np.arange(len(pieces)), pieces.samples.reaction_fx
+    back = (fx > ROUNDING) & (pieces.sample_places < stop[:, None])
+    before = np.logical_or.accumulate(back[:, ::-1], axis=1)[:, ::-1]
+    falling = np.where(before, -np.abs(fx), -fx)
+    at = pieces.first(rows, falling, np.zeros(len(rows)), {"reaction_fx": -1.0})
+    return np.where(before[:, 0] & (at < stop), at, np.nan)
 
 
 def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray:
