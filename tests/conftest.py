@@ -2,14 +2,17 @@ import fcntl
 import os
 import shutil
 import signal
+import zipfile
 
 import pyarrow as pa
 import pytest
 from hypothesis import settings
 
 import made_tables
-from runs import ROOT, TINY, Folder
+from runs import ARCHIVED, ROOT, TINY, Folder
 from vibrissa import solve_state
+from vibrissa.archive.crate import write_archive
+from vibrissa.sensor.identification import forward
 from vibrissa.sticking import api
 from vibrissa.study.reading import read_study
 from vibrissa.tables import records
@@ -42,6 +45,7 @@ def _caches(tmp_path_factory):
 def _no_kept_curves():
     """No test gets a curve that another one has solved."""
     api._kept_curve.cache_clear()
+    forward._kept_responses.cache_clear()
 
 
 @pytest.fixture(scope="session")
@@ -87,6 +91,19 @@ def done(finished, tmp_path):
     """A copy of the finished study for a test that goes on from it."""
     shutil.copytree(finished.root, tmp_path / "done")
     return Folder(tmp_path / "done")
+
+
+@pytest.fixture
+def unpacked(finished, tmp_path):
+    """The unpacked archive of the finished study."""
+    results = finished.root / "results/tiny"
+    output = tmp_path / "tiny.crate.zip"
+    (finished.root / "helper.py").write_text("")  # in the place of a script that draws a figure
+    write_archive(
+        ROOT, results, ARCHIVED, finished.root / "tiny.yaml", "0" * 40, output, ["helper.py"]
+    )
+    zipfile.ZipFile(output).extractall(tmp_path / "unpacked")
+    return tmp_path / "unpacked"
 
 
 @pytest.fixture

@@ -24,6 +24,8 @@ figures:
   state: {kind: state, state: inside}
 """
 STICTION = "results/tiny/tables/stiction.parquet"
+TABLES = [f"tables/{name}.parquet" for name in ("stiction", "scans", "states")]
+ARCHIVED = [*TABLES, "summary.txt", "report.html"]
 
 
 class Folder:

@@ -11,12 +11,7 @@ from scipy.optimize import minimize
 import vibrissa
 from rod_states import made_states
 from vibrissa import Status, solve_state, stick_slip
-from vibrissa.mechanics.admissibility import (
-    BELOW,
-    CROSSES_ITSELF,
-    CROSSES_SURFACE,
-    clearances,
-)
+from vibrissa.mechanics.admissibility import BELOW, CROSSES_ITSELF, CROSSES_SURFACE, clearances
 from vibrissa.mechanics.equations import shape
 from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import Contact, End, RodSection

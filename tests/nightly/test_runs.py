@@ -147,3 +147,17 @@ def test_a_terminal_shows_progress(fresh):
             break
     assert process.wait() == 0
     assert b"100%" in screen and b"Report: results/tiny/report.html" in screen
+
+
+def test_an_archive_makes_its_results_again(unpacked):
+    def verified():
+        command = [sys.executable, "workflow/verify.py"]
+        result = subprocess.run(command, cwd=unpacked, capture_output=True, text=True)
+        return result.returncode, result.stdout + result.stderr
+
+    status, screen = verified()
+    assert status == 0 and "Unchanged: all 9 rows" in screen, screen
+    # Without its results there is nothing to compare.
+    (unpacked / STICTION).unlink()
+    status, screen = verified()
+    assert status == 2 and "has no file tables/stiction.parquet" in screen

@@ -7,11 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 from scipy.special import lambertw
 
-from vibrissa.numerics.roots import (
-    bracketed_root,
-    first_fall,
-    first_reached,
-)
+from vibrissa.numerics.roots import bracketed_root, first_fall, first_reached
 
 
 @given(st.lists(st.floats(1e-6, 50.0), min_size=1, max_size=5))

@@ -9,14 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibrissa
-from vibrissa import (
-    Mounting,
-    Status,
-    friction_from_travel,
-    solve_curve,
-    solve_onset,
-    solve_state,
-)
+from vibrissa import Mounting, Status, friction_from_travel, solve_curve, solve_onset, solve_state
 from vibrissa.errors import ArgumentError
 from vibrissa.sticking.api import MOST_TAPER
 from vibrissa.sticking.solving import collocation

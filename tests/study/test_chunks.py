@@ -8,13 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrissa.study.axes import AXES, MOUNTING_AXES, sortable
-from vibrissa.study.chunks import (
-    ROW_ORDER,
-    SIZES,
-    chunks_of,
-    columns_at,
-    number_of_points,
-)
+from vibrissa.study.chunks import ROW_ORDER, SIZES, chunks_of, columns_at, number_of_points
 
 IDEAL = dict.fromkeys(MOUNTING_AXES, (0.0,))
 

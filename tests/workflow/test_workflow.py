@@ -16,6 +16,7 @@ pytestmark = pytest.mark.slow
 
 # What is made anew where all tables stay.
 SHOWN = {"figures": 1, "report": 1, "summary": 1}
+CAPTIONS, SUMMARY = "results/tiny/figures/captions.md", "results/tiny/summary.txt"
 
 
 def test_the_tables_hold_the_study(finished):
@@ -105,13 +106,13 @@ def test_a_script_of_the_user_is_an_input_of_its_figure(done):
     own = "  own: {kind: script, script: own.py, grid: main, formats: [], caption: 'At {eta}.'}\n"
     done.write("own.py", SCRIPT)
     done.edit("figures:\n", "figures:\n" + own)
-    done.run()
+    done.run(CAPTIONS)
     folder = done.root / "results/tiny/figures"
     assert (folder / "own.png").exists() and not (folder / "own.svg").exists()
     assert "**Own.** At 0.85.\n" in (folder / "captions.md").read_text()
     done.write("own.py", SCRIPT.replace("x0_slip", "nothing"))
     assert done.jobs() == {"figures": 1, "report": 1}
-    status, _ = done.call()
+    status, _ = done.call(CAPTIONS)
     assert status != 0 and "own.py:7: KeyError: 'nothing'" in done.log("figures")
 
 
@@ -171,14 +172,14 @@ def test_points_that_fail_are_counted_and_with_strict_end_the_run(copied):
         "    for rod, curve in zip(rods, curves, strict=True):\n        shown",
         "src/vibrissa/tables/rods.py",
     )
-    status, _ = copied.call("--config", "strict=true")
+    status, _ = copied.call(SUMMARY, "--config", "strict=true")
     assert status == 1
     assert copied.log("summary").startswith(
         "error: the study has strict: true, but 2 grid points, 1 scan have the status 'failed'"
     )
     assert len(copied.stiction()) == 4
-    copied.run("results/tiny/summary.txt")
-    summary = (copied.root / "results/tiny/summary.txt").read_text()
+    copied.run(SUMMARY)
+    summary = (copied.root / SUMMARY).read_text()
     assert summary.startswith("4 grid points: 2 failed, 1 lock, 1 slip\n1 scan: 1 failed\n")
 
 

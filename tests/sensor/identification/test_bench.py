@@ -5,16 +5,7 @@ import pandas as pd
 import pytest
 
 from validation.sensor.bench import Bench, Friction, scan
-from validation.sensor.laboratory import (
-    NOISE,
-    ROWS,
-    STEP,
-    Said,
-    believed,
-    in_words,
-    read,
-    recorded,
-)
+from validation.sensor.laboratory import NOISE, ROWS, STEP, Said, believed, in_words, read, recorded
 from validation.sensor.mistakes import LENGTH, UNITS
 from vibrissa.sensor import Method, PeriodStatus, Setup, identify
 from vibrissa.sensor.identification import fit

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from scipy import stats
 
+import recordings
 from responses import respond
-from steel import NOISE, identified, measured, recording_of
+from steel import NOISE, identified
 from vibrissa import Mounting
 from vibrissa.errors import MixedColumnsError
-from vibrissa.sensor import Whisker, surfaces
+from vibrissa.sensor import Whisker
 from vibrissa.sensor.identification.goodness import Goodness
-from vibrissa.sensor.simulation.scanning import path, simulate
+from vibrissa.sensor.simulation.scanning import path
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
-POSITIONS = path("0.0005", ["0.6"])
+TURNS = ["0.6"]
 
 
 @pytest.fixture(scope="module")
@@ -24,8 +25,7 @@ def response():
 
 
 def recorded(response, seed=1):
-    truth = simulate(response, surfaces.random(seed, 0.3, 0.04, 0.02), POSITIONS, "free", 0.8)
-    return recording_of(truth.clamp, measured(truth.reactions, [seed, 2]))
+    return recordings.recorded(response, seed, TURNS)[1]
 
 
 def found_in(recording, noise=NOISE, given=GIVEN):
@@ -122,10 +122,7 @@ def test_another_rod_is_found_and_by_how_much(name):
 @pytest.mark.slow
 def test_an_inclined_surface_is_found_and_by_how_much():
     whisker = replace(GIVEN, mounting=Mounting(stage_angle=np.deg2rad(0.5)))
-    stage = whisker.stage(POSITIONS)
-    truth = simulate(stage, surfaces.random(1, 0.3, 0.04, 0.02), POSITIONS, "free", 0.8)
-    recording = recording_of(truth.clamp, measured(truth.reactions, [1, 2]))
-    cause = found_in(recording).causes[0]
+    cause = found_in(recorded(whisker.stage(path("0.0005", TURNS)))).causes[0]
     assert cause.parameter.name == "stage_angle"
     assert cause.size == pytest.approx(np.deg2rad(0.5), rel=0.1)
 

@@ -8,7 +8,7 @@ transducer.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,6 +36,8 @@ FEW, WIDE, ROOM = 4, 0.3, 0.03
 # Steps of finite differences: in units of the parameter; for the height as a part of the gap,
 # downwards, as forces are singular at η = 1.
 STEP, STEP_IN_GAP = 1e-4, 1e-3
+# Number of set-ups whose responses are kept, a few megabytes each.
+KEPT = 8
 
 
 def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
@@ -88,12 +90,18 @@ def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
         for rod, heights in zip(rods, nodes, strict=True)
         for eta in heights.ravel().tolist()
     ]
-    solved = iter(responses(levels, partly=True))
+    solved = iter(_kept_responses(tuple(levels)))
     parts = [[_part(part, [next(solved) for _ in part]) for part in heights] for heights in nodes]
     return [
         SetUp(task=task, given=given, p=p, heights=HeightRange(parts=tuple(some)))
         for p, some in zip(sets, parts, strict=True)
     ]
+
+
+@lru_cache(KEPT)
+def _kept_responses(rods: tuple[Whisker, ...]) -> list[Response]:
+    """Solve responses; the last ones are kept, as recordings of one set-up need the same."""
+    return responses(rods, partly=True)
 
 
 def _nodes(rod: Whisker, height: FloatArray) -> FloatArray:
