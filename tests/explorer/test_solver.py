@@ -46,6 +46,11 @@ def test_the_lock_is_a_landmark_even_where_a_state_beside_it_looks_steeper(page,
     assert found == pytest.approx(solve_curve(theta, eta, contact="line").mu_lock, abs=1e-9)
 
 
+def test_a_short_contact_along_a_line_is_not_stepped_over(page):
+    rod = {"theta": 1.3691250036358575, "eta": 0.7726408562873879, "contact": "line"}
+    assert solved(page, "path.pushed.end", **rod) == "swings"
+
+
 @pytest.mark.parametrize(
     ("mounting", "said"),
     [

@@ -183,11 +183,11 @@ function kink(branch, last, beyond) {
   const guess = between(last, beyond, Math.min(1, Math.max(0, a / (a - b))));
   const condition = { phi1: 1, value: 0 };
   const state = solvedState(rod, guess, { surface, contact: "point", condition });
-  if (!state) return null;
-  const here = { ...state, contact: last.state.contact, phi1: 0 };
+  const here = state && knotAfter(branch, last, { ...state, contact: last.state.contact, phi1: 0 });
+  if (!here || here.step > beyond.step) return null; // or another kink, farther on
   const there = { ...state, contact: /** @type {Contact} */ (lies ? "line" : "point"), phi1: 0 };
   return [
-    knotAfter(branch, last, here),
+    here,
     // After the kink s_c falls from 1, or the slope of the tip rises from 0.
     lies ? knotAt(branch, there, { sc: 1, value: 0 }, -1) : knotAt(branch, there, condition),
   ];
