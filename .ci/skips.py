@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 
 
 def skipped(report):
-    """Reasons of the skipped tests, by file and name; nothing where there is no report."""
+    """Reasons of the skipped tests, by file and name."""
     if not Path(report).is_file():
-        return {}
+        sys.exit(f"there is no report {report}: run the tests first")
     found = {}
     for case in ElementTree.parse(report).iter("testcase"):
         reason = case.find("skipped")

@@ -132,7 +132,7 @@ def main() -> None:
     for rod in RODS:
         for distance in DISTANCES:
             found = compare(rod, distance, options.pushes, random)
-            worst = max(worst, found.off, found.spread)
+            worst = float(np.max([worst, found.off, found.spread]))  # NaN stays NaN
             print(
                 f"{rod[0]:6g}{rod[1]:6g} {rod[2]:>7}{distance:10g}{found.rod:12.6f}"
                 f"{found.ahead:12.6f}{found.behind:12.6f}{found.off:8.0e}{found.straight_on:12.6f}"

@@ -8,9 +8,12 @@ paths; and every path that is not followed to its end.
 With --mounted each rod has a mounting of its own, all four deviations at once: clamp_angle within
 20 degrees, clamp_compliance up to 0.5, a linear curvature with coefficients within 0.5, and
 stage_angle within 10 degrees.
+
+Exit status 1 if a point fails, a residual is too large, or a path is not stable.
 """
 
 import argparse
+import sys
 from collections import Counter
 
 import numpy as np
@@ -27,6 +30,8 @@ LEAST = (-np.radians(20), 0.0, -0.5, -0.5, -np.radians(10))
 MOST = (np.radians(20), 0.5, 0.5, 0.5, np.radians(10))
 # Number of displacements at which stability is evaluated on each path.
 LOOKS = 40
+# Largest residual of a solved state.
+RESIDUAL = 1e-11
 
 
 def outcomes(curve: StickingCurve, mu0: np.ndarray) -> list[str]:
@@ -35,7 +40,9 @@ def outcomes(curve: StickingCurve, mu0: np.ndarray) -> list[str]:
         return [curve.status.value] * len(mu0)
     locks = mu0 > curve.mu_lock
     ends = curve.motion_end(mu0[locks])[0] if locks.any() else []
-    return ["slip"] * int((~locks).sum()) + [f"lock, then {end}" for end in ends]
+    known = np.isfinite(curve.onset(mu0[~locks]))
+    slips = ["slip" if one else "failed: no onset" for one in known]
+    return slips + [f"lock, then {end}" for end in ends]
 
 
 def mounting(random: np.random.Generator) -> Mounting:
@@ -49,9 +56,9 @@ def mounting(random: np.random.Generator) -> Mounting:
     )
 
 
-def survey(curves: int, points: int, seed: int, mounted: bool, section: RodSection) -> None:
-    """Solve the points and print their outcomes."""
-    random = np.random.default_rng(seed)
+def survey(curves: int, points: int, seed: int, mounted: bool, section: RodSection) -> bool:
+    """Solve the points and print their outcomes; return whether none fails."""
+    good, random = True, np.random.default_rng(seed)
     theta = np.exp(random.uniform(0.0, np.log(20.0), curves))
     eta = random.uniform(0.3, 0.999, curves)
     mu0 = random.uniform(0.0, 2.0, (curves, points))
@@ -71,20 +78,23 @@ def survey(curves: int, points: int, seed: int, mounted: bool, section: RodSecti
                 if curve.end is End.NOT_FOLLOWED and (reachable or not mounted):
                     odd.append(curve)
                 if curve.status is Status.SOLVED:
-                    residual = max(residual, curve.residual)
+                    residual = float(np.max([residual, curve.residual]))  # NaN stays NaN
                     states = curve.state(np.linspace(0.0, curve.x0_end, LOOKS))
-                    stability = min(stability, float(states.stability.min()))
+                    stability = float(np.min([stability, states.stability.min()]))
         print(f"\ncontact: {model}, {curves} curves, {sum(counts.values())} points")
         for outcome, number in counts.most_common():
             print(f"  {outcome:28}{number:8}")
         print(f"  largest residual            {residual:10.1e}")
         print(f"  least stability             {stability:10.1e}")
+        failed = [name for name in counts if name.startswith(Status.FAILED)]
+        good = good and not failed and residual < RESIDUAL and stability > 0.0
         for curve in odd:
             message = curve.message or curve.end_message
             print(
                 f"  {curve.status}: theta {curve.theta!r}, eta {curve.eta!r}, "
                 f"{curve.mounting}: {message}"
             )
+    return good
 
 
 def main() -> None:
@@ -95,4 +105,5 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--mounted", action="store_true", help="in random mountings")
     parser.add_argument("--section", type=RodSection, default=RodSection.ROUND)
-    survey(**vars(parser.parse_args()))
+    if not survey(**vars(parser.parse_args())):
+        sys.exit("a point failed, a residual is too large, or a path is not stable")

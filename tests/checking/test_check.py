@@ -191,7 +191,7 @@ def test_proofs_refute_numbers_and_agree_with_others(tmp_path, blessed, stiction
         assert len(found.proved) == 2  # the point stands in two grids
         lines = [one.text for one in found.differences if one.problem == "refuted"]
         assert bool(lines) == bool(refuted)
-        assert all("2 of 2 numbers are refuted by their proofs" in one for one in lines)
+        assert all("2 of 2 numbers are outside of their proved intervals" in one for one in lines)
     (folder / "enclosures.csv").write_text(head + line.format(true).replace(",0.85,", ",0.8,"))
     assert not compared(blessed).differences
     (folder / "enclosures.csv").write_text("x\n1\n")
@@ -260,9 +260,11 @@ def test_the_command_tells_a_person_and_ci(tmp_path, stiction):
     # The tables that `make bless` would write can take the place of the others.
     again = ("--results", "results/a", "--reference", "out/reference")
     assert check(tmp_path, *again)[0] == 0
-    # Tables that this study file did not make, and a mistake in it, are refused before.
+    # Tables that this study file did not make, or not yet, and a mistake in it, are refused before.
     status, screen = check(tmp_path)
     assert status == 2 and "stiction.parquet was made from another study file" in screen
+    (tmp_path / "results/a/tables/stiction.parquet").unlink()
+    assert check(tmp_path)[1].endswith("has no file tables/stiction.parquet; run the study first\n")
     (tmp_path / "a.yaml").write_text(STUDY.replace("[2]", "[0]"))
     status, screen = check(tmp_path)
     assert status == 2 and screen.startswith("error: a.yaml:2: grids.g.theta[0]: 0 is not allowed")

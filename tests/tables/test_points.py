@@ -136,12 +136,12 @@ def test_a_chunk_of_another_study_file_is_refused(chunk, axes, change, words):
 
 
 @pytest.mark.parametrize("place", [100, -200, -3000])
-def test_a_damaged_chunk_is_refused(chunk, axes, place):
+def test_a_damaged_chunk_is_refused_or_read_as_it_was_written(chunk, axes, table, place):
+    """A byte that means nothing may be anything."""
     data = bytearray(chunk.read_bytes())
     data[place] ^= 1
     chunk.write_bytes(data)
-    with pytest.raises(DamagedTableError, match="delete this table and run again"):
-        parts = list(rows_of(chunk, "g", axes, SOLVER))
-        # A byte that means nothing may be anything.
-        assert pa.concat_tables(parts).equals(store.read(chunk, STICTION))
-        raise DamagedTableError(chunk, "is not damaged")
+    try:
+        assert pa.concat_tables(rows_of(chunk, "g", axes, SOLVER)).equals(table)
+    except DamagedTableError as error:
+        assert "delete this table and run again" in str(error)

@@ -116,13 +116,17 @@ class Path:
 
     tubes: list[Tube]
 
-    def slips_first(self, slip: Equilibrium) -> bool:
-        """Whether a state is on the path, and is the first with its −tan α: proved, if true."""
+    def slips_first(self, slip: Equilibrium, *before: Equilibrium) -> bool:
+        """Whether states are on the path, and `slip` is the first with its −tan α: proved, if true.
+
+        The states `before` are sought in the tubes up to that of `slip`.
+        """
         for tube in self.tubes:
             if not (tube.rise > 0 and tube.advance > 0):
                 return False
+            before = tuple(one for one in before if not tube.holds(one.load))
             if tube.holds(slip.load):
-                return True
+                return not before
         return False
 
     def locks(self, mu0: arb) -> bool:

@@ -94,8 +94,8 @@ def rod_lines(
                 continue
             try:
                 slip = prove_at(rod, inclined(ball(mu0)), curve, near)
-                numbers = _period(rod, curve, init, slip, dx0)
-                yield from lines(one, numbers, path.slips_first(slip))
+                numbers, last = _period(rod, curve, init, slip, dx0)
+                yield from lines(one, numbers, path.slips_first(slip, last))
             except NotProvedError as error:
                 yield unproved(one, error)
 
@@ -121,13 +121,13 @@ def _critical(rod: Rod, curve: StickingCurve, path: Path, row: Row) -> Iterator[
 
 def _period(
     rod: Rod, curve: StickingCurve, init: Equilibrium, slip: Equilibrium, dx0: Decimal
-) -> dict[str, arb | Decimal]:
+) -> tuple[dict[str, arb | Decimal], Equilibrium]:
     """Return the numbers of a period; prove its last sticking state on the step grid."""
     x0_slip = init.offset - slip.offset
     n_steps = whole_steps(x0_slip, dx0)
     x0_max = exact(n_steps * dx0)
     last = prove_at(rod, reaching(init.offset - ball(x0_max)), curve, float(x0_max))
-    return {
+    numbers = {
         "x0_slip": x0_slip,
         "n_steps": Decimal(n_steps),
         "x0_max": x0_max,
@@ -135,6 +135,7 @@ def _period(
         **_seen(last, "last"),
         "alpha_last": last.alpha,
     }
+    return numbers, last
 
 
 def whole_steps(x0_slip: arb, dx0: Decimal) -> int:

@@ -298,6 +298,8 @@ def of_entry(entry, methods):
     try:
         frame, truth = recorded(row, said, seed)
     except NoStateError:
+        if said is not Said.ENOUGH and not row.all_at_once:
+            raise
         return entry, {}
     some = [one for one in methods if one is Method.RATIO or not row.without_rod]
     return entry, {method: scored(frame, truth, row, said, method) for method in some}

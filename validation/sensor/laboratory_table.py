@@ -82,8 +82,9 @@ def by_line(scores):
 
 
 def passes(scores):
-    """Return whether no line fails."""
-    return all(_verdict(*line, ways) == PASS for line, ways in by_line(scores).items())
+    """Return whether there are lines, and none fails."""
+    lines = by_line(scores)
+    return bool(lines) and all(_verdict(*line, ways) == PASS for line, ways in lines.items())
 
 
 PASS = "pass"

@@ -28,6 +28,10 @@ _CYCLE = {
     "phi1_smallest": ("phi1", "min"),
     "m_smallest": ("reaction_m", "min"),
     "m_largest": ("reaction_m", "max"),
+    "fx_smallest": ("reaction_fx", "min"),
+    "fy_smallest": ("reaction_fy", "min"),
+    "stability_smallest": ("stability", "min"),
+    "stability_aside_smallest": ("stability_aside", "min"),
     "middle_x_mean": ("middle_x", "mean"),
     "middle_y_mean": ("middle_y", "mean"),
     "top": ("top", "max"),
@@ -37,9 +41,10 @@ _CYCLE = {
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     """Read the tables in a folder of results, condensed enough to compare them in a diff.
 
-    The result holds tables by name. ``stiction`` has all rows of the study, ``curves`` the first of
-    them for each rod, ``scans`` a row for each cycle, ``states`` a row for each state, and
-    ``comparisons`` all rows. The last three exist only if the study has them.
+    The result maps names to tables. ``stiction`` and ``comparisons`` have all rows of the table of
+    the same name. ``curves`` has the first row of ``stiction`` for each rod, ``scans`` one row for
+    each stick-slip cycle, and ``states`` one row for each state. ``scans``, ``states`` and
+    ``comparisons`` exist only if the study has them.
     """
     found = {
         name: query.opened(path, schemas.TABLES[name])

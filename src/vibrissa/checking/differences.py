@@ -24,8 +24,8 @@ class Difference:
     column : str
         Column whose values differ; empty if the difference concerns rows or a whole table.
     absolute, relative : float or None
-        Largest change of a number in the column, and largest change relative to the number; None
-        if no number changed, or if a change is infinite.
+        Largest change of a number in the column, and largest ratio of a change to the larger of
+        the old and the new magnitude; None if no number changed, or if a change is infinite.
     """
 
     table: str
@@ -74,7 +74,7 @@ def compare(
 
 
 def moved(before: pd.Series, after: pd.Series, tolerance: Tolerance) -> BoolArray:
-    """Mark changed texts; a number may differ from the number before it by the tolerance."""
+    """Return which texts changed; a change of a number within the tolerance does not count."""
     was, now = _numbers(before), _numbers(after)
     with np.errstate(invalid="ignore"):  # infinity less infinity
         near = np.abs(now - was) <= tolerance.absolute + tolerance.relative * np.abs(was)
@@ -97,7 +97,7 @@ def _rows(table: str, problem: str, words: str, rows: pd.DataFrame) -> Iterator[
 
 
 def spell_row(row: Mapping[Any, Any]) -> str:
-    """Format the keys of a row as ``theta 2, mu0 0.4``, without empty keys and zeros."""
+    """Format the keys of a row as ``theta 2, mu0 0.4``, without keys whose value is empty or 0."""
     return ", ".join(f"{key} {value}" for key, value in row.items() if value not in ("", "0"))
 
 

@@ -86,9 +86,9 @@ def verdict(numbers: pd.DataFrame) -> str:
     if numbers.empty:
         return ""
     wrong, worst = numbers["refuted"].sum(), _worst(numbers)
-    result = f"{wrong:,} of {len(numbers):,} proved numbers DISAGREE"
+    result = f"{wrong:,} of {len(numbers):,} proved numbers DISAGREE with the results"
     if not wrong:
-        result = f"All {len(numbers):,} proved numbers agree"
+        result = f"All {len(numbers):,} proved numbers agree with the results"
     return (
         f"{result}. Largest difference: {worst['off']:.1e}, {worst['table']}.{worst['quantity']} "
         f"at {_row(worst)}."
@@ -103,9 +103,9 @@ def refuted(numbers: pd.DataFrame) -> Iterator[Difference]:
         if wrong := int(every["refuted"].sum()):
             worst = _worst(every)
             text = (
-                f"{table}.{column}: {wrong} of {len(every)} numbers are refuted by their proofs, "
-                f"by up to {worst['off']:.2g}: at {_row(worst)}, computed {worst['value']!r}, "
-                f"proved {worst['midpoint']}"
+                f"{table}.{column}: {wrong} of {len(every)} numbers are outside of their proved "
+                f"intervals, by up to {worst['off']:.2g}: at {_row(worst)}, computed "
+                f"{worst['value']!r}, proved {worst['midpoint']}"
             )
             yield Difference(table=table, column=column, problem="refuted", rows=wrong, text=text)
 

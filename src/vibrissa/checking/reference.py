@@ -1,6 +1,6 @@
 """Comparison of the results of a study with a reference, and update of the reference.
 
-Reference tables are CSV files, readable in a diff. Results are compared with them as texts.
+Reference tables are CSV files, readable in a diff. For a comparison, results become texts, too.
 """
 
 import json
@@ -200,7 +200,9 @@ def bless(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> None
         If there are no results, or `reference` is a folder of results.
     """
     if (reference / "tables").is_dir():
-        raise ComparisonError(f"{reference} is a folder of results: give another folder")
+        raise ComparisonError(
+            f"{reference} is a folder of results; reference tables need a folder of their own"
+        )
     found = _as_texts(condensed(results), layouts)
     reference.mkdir(parents=True, exist_ok=True)
     for name in layouts:

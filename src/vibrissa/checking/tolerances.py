@@ -37,7 +37,7 @@ Table: TypeAlias = Literal["stiction", "curves", "scans", "states", "comparisons
 
 
 def read_layouts(path: Path) -> dict[Table, Layout]:
-    """Read the layouts of reference tables, by their names, from a YAML file.
+    """Read a YAML file that maps the name of each reference table to its layout.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def read_layouts(path: Path) -> dict[Table, Layout]:
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
         return TypeAdapter(dict[Table, Layout]).validate_python(content)
-    except (yaml.YAMLError, InvalidLayout) as error:
+    except (UnicodeDecodeError, yaml.YAMLError, InvalidLayout) as error:
         raise ComparisonError(
             f"{path} cannot be used. Each table needs the entry 'keys', a list of columns, and the "
             "entry 'columns', with the word exact or {absolute: number, relative: number} for each "

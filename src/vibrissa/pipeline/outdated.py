@@ -20,16 +20,20 @@ def need_current(study: Study, study_file: Path, tables: Sequence[str] = ()) -> 
     Parameters
     ----------
     tables : sequence of str, optional
-        Tables that must be current, if they exist; by default all results.
+        Tables that must be current; by default all results.
 
     Raises
     ------
     ComparisonError
-        If results are outdated; the message has the command to run.
+        If results are missing or outdated; the message has the command to run.
     """
-    paths = [Path("results", study.name, f"tables/{name}.parquet") for name in tables]
-    files = [path for path in paths if path.is_file()]
+    folder = Path("results", study.name)
+    files = [folder / f"tables/{name}.parquet" for name in tables if name in study.tables]
     for path in files:
+        if not path.is_file():
+            raise ComparisonError(
+                f"the folder {folder} has no file tables/{path.name}; run the study first"
+            )
         store.need_study(path, study.part(path.stem))
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE), "--dry-run"]
     command += [*map(str, files), "--configfile", str(study_file)]
