@@ -59,6 +59,8 @@ def test_lines_are_those_of_the_file_whatever_stands_between(tmp_path):
     table = read(tmp_path, '\ufeff# a line\na [N] ,"b,c"\r\n1,2\n\n"3","4,"\r5,6\n')
     assert table.columns["a"].tolist() == [1.0, 3.0, 5.0] and table.units == {"a": "N"}
     assert table.line.tolist() == [3, 5, 6] and table.header == {}
+    (tmp_path / "c.csv").write_text("a,b,b,,\n1,2,3,,\n")  # what is not needed may occur twice
+    assert series.read(tmp_path / "c.csv", ["a"]).columns["a"].tolist() == [1.0]
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.parquet"])

@@ -1,4 +1,4 @@
-"""Pydantic models whose fields are keys of a TOML file and options, and messages for errors."""
+"""Pydantic models whose fields are keys of a TOML file or options; messages for their errors."""
 
 import json
 import tomllib
@@ -100,7 +100,7 @@ class Card(Keyed):
     @classmethod
     def presets(cls, path: Path) -> dict[str, Self]:
         """Read the presets from a TOML file, which has a table for each preset."""
-        cards = tomllib.loads(path.read_text(encoding="utf-8"))
+        cards = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         return {name: cls.validated(card) for name, card in cards.items()}
 
     @classmethod
@@ -134,7 +134,7 @@ def read_keys(path: Path | str) -> dict[str, Any]:
     """
     path = Path(path)
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except ValueError as error:  # no UTF-8, or no TOML
         raise ArgumentError(
             f"{path} cannot be read as TOML in UTF-8: {error}. Save it as UTF-8; write key = 2.5, "
@@ -164,9 +164,10 @@ def _assignments(keys: Mapping[str, Any]) -> list[str]:
 def with_options(
     keys: Mapping[str, Any], options: Mapping[str, Any], either: Iterable[Sequence[str]] = ()
 ) -> dict[str, Any]:
-    """Combine the keys of a file with options: an option overrides a key, unless it is None.
+    """Combine the keys of a file with options: an option other than None overrides its key.
 
-    An option that is a table overrides only its own keys. Numbers become texts without a unit.
+    An option that is a table replaces only those keys of the file's table that it gives. Numbers
+    become texts without a unit.
 
     Parameters
     ----------
@@ -186,7 +187,7 @@ def with_options(
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Ask whether the most similar known name was meant; empty if none is similar."""
+    """Return text such as ``; did you mean eta?``; empty if no known name is similar."""
     near = get_close_matches(name, known, 1)
     return f"; did you mean {near[0]}?" if near else ""
 

@@ -56,7 +56,7 @@ class Column:
 
 
 def check_ending(path: Path, endings: Sequence[str] = ENDINGS) -> None:
-    """Refuse a file that has none of these endings, or is Parquet without its library."""
+    """Refuse a file with none of the `endings`, and a Parquet file if pyarrow is missing."""
     if path == STANDARD and endings == ENDINGS:
         return
     if path.suffix.lower() not in endings:
@@ -66,7 +66,7 @@ def check_ending(path: Path, endings: Sequence[str] = ENDINGS) -> None:
 
 
 class Tabular(ABC):
-    """A result that is a table with units; as a text it is what the commands print."""
+    """A result that can be written as a table with units."""
 
     @abstractmethod
     def columns(self) -> dict[str, Column]:
@@ -141,7 +141,7 @@ class Table:
     source : str
         Name of the file, for messages.
     columns, units : dict
-        Values, and unit, of each column, by its name; a column without a unit is not in `units`.
+        Values and units of the columns, by name; a column without a unit is not in `units`.
     line : ndarray of int
         Line number of each row in the file; for Parquet or a DataFrame, number of the row from 1.
     header : dict
@@ -171,14 +171,14 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     Raises
     ------
     RecordingError
-        If the source is no such table; the message has a line for each wrong cell. It is an
-        OtherTableError if a column is missing, lines have different numbers of cells, or the
-        encoding is not UTF-8.
+        If the source is not such a table; the message has a line for each wrong cell. The error
+        is an OtherTableError if a column is missing, lines have different numbers of cells, or
+        the encoding is not UTF-8.
     ArgumentError
         If the file has another ending.
     """
     where, frame = _cells(source)
-    there, units = _columns(frame, where)
+    there, units = _columns(frame, where, {*names, *optional})
     missing = [name for name in names if name not in there]
     if missing:
         raise OtherTableError(
@@ -232,13 +232,15 @@ def _read_csv(data: bytes, source: str) -> "DataFrame":
     return frame
 
 
-def _columns(frame: "DataFrame", source: str) -> tuple[dict[str, "Series[Any]"], dict[str, str]]:
+def _columns(
+    frame: "DataFrame", source: str, needed: set[str]
+) -> tuple[dict[str, "Series[Any]"], dict[str, str]]:
     """Split titles such as ``footpoint [mm]``; return the columns and the units by name."""
     units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if unit}
     columns: dict[str, Series[Any]] = {}
     for title, column in frame.items():
         name, unit = TITLE.fullmatch(str(title)).groups(default="")  # type: ignore[union-attr]
-        if name in columns:
+        if name in columns and name in needed:
             raise RecordingError(f"{source}: column {name} occurs twice")
         columns[name] = column
         if unit:

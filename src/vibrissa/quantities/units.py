@@ -81,6 +81,8 @@ LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
 # Products, quotients and powers of names, such as kg/(m*s^2). Only such texts are passed to Pint.
 _NAME = r"(?:[^\W\d_]|°)\w*(?:(?:\*\*|\^)-?[1-9])?"
 _UNIT = rf"{_NAME}(?:[*/·() ]+{_NAME})*\)?"
+# The sign of a product in a unit of a moment: N-m, N.m.
+_MOMENT = re.compile(r"(?<=[Nf])[-.⋅](?=[a-z])")
 # An exponent, as in 1e3, is no unit.
 NUMBER_AND_UNIT = re.compile(
     r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,5})?)"
@@ -113,6 +115,7 @@ def unit_size(unit: str, kind: Kind) -> Decimal:
     """Size of a unit in SI units, exact as a decimal; 0 if it is no unit of this kind."""
     from pint import PintError
 
+    unit = _MOMENT.sub("*", unit)
     if re.fullmatch(_UNIT, unit) is None:
         return Decimal(0)
     registry, wanted = _registry(), "" if kind is Kind.NUMBER else kind.si
@@ -166,8 +169,8 @@ class Measured(NamedTuple):
             return cls(given)
         if is_number(value) and (unit := NUMBER_AND_UNIT.fullmatch(tolerance)):
             value = f"{value} {unit[2]}"
-        elif is_number(tolerance) and (unit := NUMBER_AND_UNIT.fullmatch(value)):
-            tolerance = f"{tolerance} {unit[2]}"
+        elif is_number(tolerance) and (unit := _LAST_UNIT.search(value)):
+            tolerance = f"{tolerance} {unit[1]}"
         return cls(value, tolerance)
 
     def check(self, kind: Kind, what: str) -> None:
@@ -239,7 +242,7 @@ def chosen(kind: type[Choice], value: str, what: str) -> Choice:
 
 
 def range_of(text: str) -> tuple[str, str]:
-    """Split ``"20 to 200 mm"`` into its ends, ``"20 mm"`` and ``"200 mm"``; one value is both.
+    """Split ``"20 to 200 mm"`` into ``"20 mm"`` and ``"200 mm"``; a single value is both ends.
 
     Examples
     --------
@@ -271,7 +274,7 @@ def channels_of(text: str, what: str) -> list[tuple[str, Kind]]:
 
 
 def wished_units(*given: object) -> dict[Kind, str]:
-    """Choose the units of the output: for each kind of quantity the first unit of the input.
+    """Choose output units: for each kind of quantity the first unit of this kind in `given`.
 
     Parameters
     ----------
@@ -292,12 +295,12 @@ class Units:
     Attributes
     ----------
     rod : Rod or None
-        The rod; without a rod numbers are nondimensional.
+        The rod. If there is none, numbers are nondimensional unless `si` is true.
     si : bool
-        Whether, without a rod, numbers are in SI units instead.
+        Whether numbers are in SI units if there is no rod.
     wished : dict of Kind to str
         For each kind of quantity the unit of printed results; SI units for a kind without one.
-        Tables are always in SI units.
+        Tables have the units that `name` returns.
     """
 
     rod: Rod | None = None

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from recordings import covered, found_in, known, recorded
 from responses import respond
-from steel import NOISE, ROD, SCALE, SENSOR, STIFF, identified, measured, recording_of
+from steel import NOISE, ROD, SCALE, SENSOR, STIFF, TRANSDUCER, identified, measured, recording_of
 from vibrissa.errors import WrongRodError
 from vibrissa.quantities.units import Units
 from vibrissa.sensor import Whisker, scan, surfaces
@@ -74,6 +74,15 @@ def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
     assert np.max(biased) <= 0.0
     assert np.mean(biased) < -0.003
     assert abs(np.mean(corrected)) < 0.2 * abs(np.mean(biased))
+
+
+@pytest.mark.slow
+def test_noise_is_no_lateral_buckling():
+    whisker = Whisker.read(1.5, 0.684, modulus="200 GPa", diameter="0.35 mm", length="100 mm")
+    signals = scan(whisker, surfaces.constant(0.2), step="50 um", to=["40 mm"])
+    frame = signals.measured(TRANSDUCER, 1).to_pandas()
+    notes = identified(whisker, frame, transducer=TRANSDUCER).periods.notes
+    assert not any("buckles laterally" in note for note in notes)
 
 
 @pytest.mark.slow

@@ -141,6 +141,13 @@ def test_the_rows_between_two_times_or_positions_are_kept():
     assert by_time["time"].tolist() == list(range(10, 21))
     by_place = imported(text, TITLED, begin="1 mm", to="2 mm").values
     assert by_place["time"].tolist() == list(range(10, 21))
+    # There and back, and backward.
+    for place in (5.0 - np.abs(5.0 - 0.1 * time), 9.0 - 0.1 * time):
+        ends = (f"{place[row]} mm" for row in (10, 20))
+        windowed = imported(
+            file_of([time, place, time, time]), TITLED, begin=next(ends), to=next(ends)
+        )
+        assert windowed.values["time"].tolist() == list(range(10, 21))
     steady = imported(
         text,
         {"force_x": "Fx", "force_y": "Fy"},
@@ -181,7 +188,7 @@ def test_a_unit_stands_in_the_title_or_is_told(header, unit, size):
     assert "time: t_s in s" in found.notes
 
 
-@pytest.mark.parametrize("unit", ["Nmm", "N·mm", "N*mm", "mNm", "N mm"])
+@pytest.mark.parametrize("unit", ["Nmm", "N·mm", "N*mm", "mNm", "N mm", "N-mm", "N.mm", "N⋅mm"])
 def test_a_moment_may_be_written_without_a_sign_between(unit):
     text = file_of([np.arange(30)] * 4, f"t [s];x [mm];M [{unit}];Fy [N]")
     found = imported(text, {"footpoint": "x", "moment_z": "M"})
@@ -192,55 +199,38 @@ FORCE = {"force_x": "Fx [N]"}
 
 
 @pytest.mark.parametrize(
-    ("columns", "settings", "messages"),
+    ("columns", "settings"),
     [
-        (
-            {},
-            {},
-            ["there is no column footpoint", "none of force_x", "the columns are: t, x, Fx, Fy"],
-        ),
-        (
-            {"time": "t [s]"},
-            {},
-            ["there is no column footpoint", "has none, give --speed", "none of force_x"],
-        ),
-        ({"force_x": "Fz"}, {}, ["no column Fz", "the columns are: t, x, Fx, Fy"]),
-        ({"force_x": "Fx", "footpoint": "x"}, {}, ["Fx has no unit", "x has no unit"]),
-        ({"force_x": "Fx [mm]"}, {}, ["column Fx must have a unit of force, such as N, got 'mm'"]),
-        ({"fx": "Fx"}, {}, ["column must be one of time, footpoint"]),
-        (FORCE, {"speed": "1 mm/s"}, ["speed needs the times at which the stage begins"]),
-        (
-            FORCE,
-            {"speed": "1 mm", "rate": "-1 Hz"},
-            ["speed must be a speed", "rate: input should be greater"],
-        ),
-        ({"force_x": "Fx"}, {"turn": "1 deg"}, ["Fx has no unit", "there is no column force_y"]),
-        (
-            TITLED,
-            {"moment_origin": "1 mm"},
-            ["moment_origin must be two values, as in '0 mm, -20 mm'"],
-        ),
-        (TITLED, {"begin": "4"}, ["'from' must be a time or a clamp position"]),
-        (TITLED, {"speed": "1 mm/s", "tare": "0 mm, 2 mm"}, ["tare must be two times"]),
-        (TITLED, {"decimal": ";"}, ["decimal: input should be '.' or ','"]),
-        (TITLED, {"speeed": "1"}, ["'speeed' is not a key; did you mean speed?"]),
+        ({}, {}),
+        ({"time": "t [s]"}, {}),
+        ({"force_x": "Fz"}, {}),
+        ({"force_x": "Fx", "footpoint": "x"}, {}),
+        ({"force_x": "Fx [mm]"}, {}),
+        ({"fx": "Fx"}, {}),
+        (FORCE, {"speed": "1 mm/s"}),
+        (FORCE, {"speed": "1 mm", "rate": "-1 Hz"}),
+        ({"force_x": "Fx"}, {"turn": "1 deg"}),
+        (TITLED, {"moment_origin": "1 mm"}),
+        (TITLED, {"begin": "4"}),
+        (TITLED, {"speed": "1 mm/s", "tare": "0 mm, 2 mm"}),
+        (TITLED, {"decimal": ";"}),
+        (TITLED, {"speeed": "1"}),
     ],
 )
-def test_mistakes_are_named_together(columns, settings, messages):
+def test_mistakes_are_named_together(columns, settings, snapshot):
     text = file_of(
         [np.arange(8), np.arange(8) / 1e3, np.full(8, 2.0), np.full(8, -1.0)], "t;x;Fx;Fy"
     )
     with pytest.raises(VibrissaError) as caught:
         imported(text, columns, **settings)
-    for message in messages:
-        assert message in str(caught.value)
+    assert str(caught.value) == snapshot
 
 
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"tare": "2 mm, 0 mm"}, "tare: fewer than 3 readings of force_x"),
-        ({"tare": "28 mm, 99 m"}, "tare: fewer than 3 readings of force_x"),
+        ({"tare": "2 mm, 0 mm"}, "the tare has fewer than 3 readings of force_x"),
+        ({"tare": "28 mm, 99 m"}, "the tare has fewer than 3 readings of force_x"),
         ({"moment_origin": "1 mm, 0 mm"}, "there is no column moment_z"),
         ({"begin": "4 m"}, "no row is left between --from and --to"),
         (

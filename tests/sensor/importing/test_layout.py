@@ -47,6 +47,26 @@ def test_every_usual_file_is_read(sign, decimal, head, ends):
         assert read(text) == pytest.approx(np.array(ROWS), abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("head", "row"),
+    [
+        ("#\tt [s]\tWeg [mm]\tFx [N]\t", "{n}\t{t}\t{x}\t{f}\t"),
+        ("t;Weg;Fx;v\ns;mm;N;mm/s", "{t};{x};{f};1"),
+        ("t;Weg;Fx\ns;mm;N\n;;", "{t};{x};{f}"),
+        ("t [s];Weg [mm];Fx (raw)\n;;N", "{t};{x};{f}"),
+    ],
+)
+def test_columns_and_units_of_unusual_heads_are_found(head, row, snapshot):
+    rows = [row.format(n=n, t=n / 10, x=n / 2, f=-n / 4) for n in range(1, 9)]
+    columns = {"time": "t", "footpoint": "Weg", "force_y": "Fx"}
+    empty = "".join(sign for sign in rows[0] if sign in ";\t")
+    data = "\n".join([head, *rows[:4], empty, *rows[4:]]).encode()
+    found = import_recording(data, Settings.read(column=columns))
+    wanted = np.arange(1, 9)[:, None] * [0.1, 0.5e-3, -0.25]
+    assert np.stack([found.values[name] for name in columns], axis=1) == pytest.approx(wanted)
+    assert found.report() == snapshot
+
+
 @pytest.mark.parametrize("encoding", ["latin-1", "cp1252", "utf-8", "utf-8-sig", "utf-16"])
 def test_encodings_are_found(encoding):
     text = written(";", ",", HEADS["words"]).replace("Fx", "Kräfte")

@@ -104,6 +104,11 @@ def test_rows_before_the_rod_is_lowered_are_the_tare(signals, lowered, rest, see
     begin = {"from": f"{(120 + lowered + rest) / 100} s"}
     told = import_recording(data, Settings.read(**begin))
     assert told.zeros.keys() == found.zeros.keys()
+    # Neither rows that are left out nor a missing cell make another tare.
+    first, *lines = data.split(b"\n")
+    lines[-3] = lines[-3].rpartition(b";")[0].rpartition(b";")[0] + b";;0"
+    holed = import_recording(b"\n".join([first, *lines]), Settings.read(**{"from": "4 mm"}))
+    assert holed.zeros == found.zeros
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -116,6 +121,7 @@ def test_a_rod_that_rests_on_the_surface_is_no_tare(signals, seed):
         rows[row][2:4] = [str(float(cell) + relaxed) for cell in rows[row][2:4]]
     data = "\n".join(map(";".join, rows)).encode()
     assert not import_recording(data, Settings.read()).zeros
+    assert not import_recording(data, Settings.read(**{"from": "2 mm"})).zeros
 
 
 def test_an_imported_recording_has_the_friction_of_one_that_was_tared(tmp_path, signals):

@@ -77,7 +77,7 @@ class Spans(Batch):
 
     @property
     def between(self) -> IntArray:
-        """Rows in gaps between periods that are too long to be a single slip.
+        """Rows between periods, in gaps that are too long to be a single slip.
 
         Such a gap has more rows than a usual period (the median), and more than `MOST_BETWEEN`.
         """
@@ -219,8 +219,8 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
         raise RecordingError(
             "during slips the load on the clamp grows instead of falling: the sign of force_x, "
             "moment_z or footpoint is wrong, or the tip slips in almost every step (sample more "
-            "finely). force_x and moment_z are loads of the rod on the clamp. They are negative "
-            "while the clamp moves forward and pushes the tip"
+            "finely). force_x and moment_z are loads of the rod on the clamp. While the clamp "
+            "moves forward and pushes the tip, force_x is negative and falls, and moment_z rises"
         )
     if not len(spans):
         raise RecordingError("no samples are left between the slips: give a shorter slip_time")
@@ -235,8 +235,8 @@ def usual_step(clamp: FloatArray) -> float:
 def direction(clamp: FloatArray) -> FloatArray:
     """Direction of the clamp's motion between successive samples, 1 or −1, shape (n − 1,).
 
-    While the clamp rests, it is the direction of the last motion before the rest; in a rest at the
-    beginning, that of the first motion.
+    While the clamp rests, the direction of the last motion before the rest holds. For a rest at
+    the beginning, the direction of the first motion holds.
     """
     signs = np.sign(np.diff(clamp))
     moving = np.flatnonzero(signs)
@@ -257,7 +257,7 @@ def position_noise(clamp: FloatArray) -> float:
     return 0.0 if rests or not scatter > EVEN * usual_step(clamp) else float(scatter)
 
 
-def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
+def before_swing(recording: Recording, spans: Spans, noise: FloatArray) -> tuple[Recording, Spans]:
     """End a recording where the rod buckles laterally.
 
     In lateral buckling fx changes its sign, and fy stays almost the same.
@@ -266,7 +266,8 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans]:
     last, first = spans.ends[:-1], spans.begins[1:]
     way = direction(recording.smooth)[last]
     before, after = way * forces[last, 0], way * forces[first, 0]
-    turned = (before < 0.0) & (after > -TURNED * before)
+    # Nor is a force that may be noise a reason to leave out the rest.
+    turned = (before < 0.0) & (after > np.maximum(-TURNED * before, FALL * noise[0]))
     # In contrast, after a slip beyond α = 0 the pulled tip presses much less than before.
     turned &= forces[first, 1] < PRESSED * forces[last, 1]
     if not turned.any():
@@ -308,8 +309,8 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
     spans : Spans
         The periods of sticking, as rows of the returned recording.
     row : ndarray of int
-        For each row of the returned recording, its number in the given one; rows after the lateral
-        buckling follow.
+        Number in the given recording of each row of the returned one. If the rod buckles
+        laterally, the numbers of the rows after the buckling follow.
     """
     recording = replace(recording, position=position_noise(recording.clamp))
     spiky = spikes(recording.smooth, recording.readings / noise)
@@ -318,7 +319,7 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
     falls = np.diff(load_of(recording, noise)) * direction(recording.smooth)
     spans = _spans(recording.smooth, falls)
     why = "periods too short for the noise of the readings (record the moment, or reduce the noise)"
-    recording, spans = before_swing(recording.naming(spans.between, why), spans)
+    recording, spans = before_swing(recording.naming(spans.between, why), spans, noise)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
     late = max(int(np.ceil(recording.slip_rows)), lasts)
     if late > 1 or recording.slip_rows:
@@ -330,7 +331,8 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
 def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     """Combine force_x and the moment into one load, relative to its noise, shape (n,).
 
-    The load has the sign of force_x: it decreases while a clamp that moves forward bends the rod.
+    This load has the sign of force_x, unlike the load in the description of this module. It
+    decreases while a clamp that moves forward bends the rod.
     """
     readings, way = recording.readings / noise, direction(recording.smooth)
     both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])

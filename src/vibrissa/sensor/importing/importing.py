@@ -124,7 +124,9 @@ class Settings(Keyed):
         if unknown := self.column.keys() - KINDS.keys():
             raise ArgumentError(f"column must be one of {', '.join(KINDS)}, got {unknown.pop()!r}")
         if self.speed is not None and any(place.column != "time" for place in self.tare or ()):
-            raise ArgumentError("with speed, tare must be two times, as in --tare '0 s, 2 s'")
+            raise ArgumentError(
+                "with speed, tare must be the beginning and the end of a time: --tare '0 s, 2 s'"
+            )
         ends = [place.column for place in (self.from_, self.to) if place is not None]
         if self.speed is not None and ends != ["time", "time"]:
             raise ArgumentError(
@@ -135,7 +137,7 @@ class Settings(Keyed):
 
 
 class Zero(NamedTuple):
-    """Mean of a channel's readings without load, its standard error, and their number."""
+    """Mean reading of a channel without load, standard error of the mean, number of readings."""
 
     value: float
     deviation: float
@@ -264,7 +266,7 @@ def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileCol
             )
     if not {*found, *settings.column} & set(CHANNELS):
         errors.append(
-            f"none of {', '.join(CHANNELS)} is there: choose their columns, as in --column "
+            f"no column is named {', '.join(CHANNELS)}: choose their columns, as in --column "
             "'force_x=title [N]'"
         )
     if errors:
@@ -280,23 +282,35 @@ def _values(found: dict[str, FileColumn], layout: Layout, name: str, rate: float
     values = {target: found[target].factor * each for target, each in read.items()}
     if rate is not None:
         return {"time": np.arange(len(layout.cells)) / rate, **values}
-    late = ~(np.diff(values.get("time", np.empty(0))) > 0.0)
-    if late.any():
-        why = "time does not increase; correct the times, or give --rate instead"
-        lines = layout.cells.index[1:][late]
-        raise RecordingError(listed(f"{name}, line {line}: {why}" for line in lines))
+    time = values.get("time", np.empty(0))
+    wrong = {
+        "is missing": np.isnan(time),
+        "does not increase": np.append(False, np.diff(time) <= 0.0)[: len(time)],
+    }
+    for what, late in wrong.items():
+        if late.any():
+            why = f"time {what}; correct the times, or give --rate instead"
+            lines = layout.cells.index[late]
+            raise RecordingError(listed(f"{name}, line {line}: {why}" for line in lines))
     return values
 
 
 def _inside(values: Values, begin: Place | None, end: Place | None) -> BoolArray:
-    """Select the samples between two places."""
+    """Select the samples from the first at one place to the first beyond another."""
     rows = np.ones(len(next(iter(values.values()))), dtype=bool)
     if begin is not None:
-        rows &= np.maximum.accumulate(values[begin.column] >= begin.value)
+        rows &= np.maximum.accumulate(_way_to(begin, values) >= 0.0)
     if end is not None:
-        after = values[end.column] > end.value
-        rows &= ~np.minimum.accumulate(after[::-1])[::-1]
+        rows &= ~np.maximum.accumulate(rows & (_way_to(end, values) > 0.0))
     return rows
+
+
+def _way_to(place: Place, values: Values) -> FloatArray:
+    """Distance of the samples from a place, positive beyond it in the first motion's direction."""
+    column = values[place.column]
+    known = column[~np.isnan(column)]
+    way = known[np.abs(known - known[0]).argmax()] - known[0] if len(known) else 1.0
+    return np.asarray((1.0 if way >= 0.0 else -1.0) * (column - place.value))
 
 
 def _zeros(values: Values, settings: Settings, kept: BoolArray) -> dict[str, Zero]:
@@ -348,7 +362,8 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
             readings = values[name][rows]
             readings = readings[~np.isnan(readings)]
             if len(readings) < FEWEST_READINGS:
-                raise RecordingError(f"tare: fewer than {FEWEST_READINGS} readings of {name}")
+                few = f"fewer than {FEWEST_READINGS} readings of {name}"
+                raise RecordingError(f"the tare has {few}")
             blocks = BLOCKS if len(readings) >= FEWEST_IN_BLOCKS else len(readings)
             means = np.array([part.mean() for part in np.array_split(readings, blocks)])
             error = means.std(ddof=1) / np.sqrt(blocks) if np.ptp(readings) else 0.0
@@ -362,16 +377,19 @@ def unloaded(values: Values, begin: int | None) -> int:
     Parameters
     ----------
     begin : int or None
-        Row in which the clamp begins to move; None: find it from the column footpoint.
+        First row that was asked for, which is before the clamp moves unless footpoint was recorded.
     """
     channel = next((name for name in ("force_y", "moment_z") if name in values), None)
     if channel is None:
         return 0
-    readings = values[channel]
-    if np.isnan(readings).any() or (begin is None and np.isnan(values["footpoint"]).any()):
-        return 0
-    if begin is None:
-        begin = moving(values["footpoint"]).start
+    clamp = values.get("footpoint", np.zeros(len(values[channel])))
+    rows = np.flatnonzero(np.isfinite(values[channel] + clamp))
+    readings, begins = values[channel][rows], []
+    if begin is not None:
+        begins.append(int(np.searchsorted(rows, begin)))
+    if "footpoint" in values:
+        begins.append(moving(clamp[rows]).start)
+    begin = min(begins)
     if not FEWEST < begin < len(readings) - FEWEST:
         return 0
     load = readings - np.median(readings[:FEWEST])
@@ -384,4 +402,4 @@ def unloaded(values: Values, begin: int | None) -> int:
     # A rod that touches the surface from the beginning only relaxes: its load changes less.
     lowered = np.median(load[changed:begin]) / usual > LOADED
     pressed = np.quantile(moved / usual, 0.05) > LOADED
-    return int(TAKEN * changed) if lowered and pressed else 0
+    return int(rows[int(TAKEN * changed)]) if lowered and pressed else 0

@@ -89,7 +89,7 @@ class Layout:
     notes: tuple[str, ...]
 
     def column(self, target: str, source: str) -> FileColumn | None:
-        """Find the column of the file that holds a quantity, and its unit; None if there is none.
+        """Find the column that `source` names, with its unit; None if there is no such column.
 
         Parameters
         ----------
@@ -120,7 +120,9 @@ class Layout:
         if not found:
             return None
         title = self.titles[found[0]]
-        unit = told.strip() or title_of(title, kind)[1] or self.units[found[0]].strip("[]() ")
+        own, below = title_of(title, kind)[1], self.units[found[0]].strip("[]() ")
+        # Brackets in a title may hold a remark.
+        unit = told.strip() or (own if unit_size(own, kind) or not below else below)
         if not unit:
             raise ArgumentError(
                 f'column {title} has no unit: add it, as in --column "{target}={name} [{kind.si}]"'
@@ -136,7 +138,7 @@ class Layout:
 def title_of(text: str, kind: Kind) -> tuple[str, str]:
     """Split a title into the name of a column and its unit, which is empty if there is none.
 
-    A unit without brackets counts only if it is one of this kind.
+    A unit without brackets counts only if it is a unit of the given kind.
 
     Examples
     --------
@@ -192,7 +194,9 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
     end = len(rows)
     while not _share(cells_of(rows.iloc[end - 1], sign)):
         end -= 1
-    cells = split(rows.iloc[:end], name, sign)
+    every = split(rows.iloc[:end], name, sign)
+    empty = every.apply(lambda column: column.str.strip().str.lower().isin(MISSING)).all(axis=1)
+    cells = every[~empty]
     decimal = decimal or _decimal(cells, name)
     heads = _heads(above, sign, cells)
     units_at = max((line for line, head in heads.items() if _are_units(head)), default=0)
@@ -209,12 +213,13 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
             f"separator {separator}, {DECIMALS[decimal]}, {head}, {size}",
             *left_out(under.index.difference(rows.index), "comments"),
             *left_out(rows.index[end:], "no numbers below the table"),
+            *left_out(every.index[empty], "no value"),
         ),
     )
 
 
 def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str]:
-    """Return lines and the separator of their cells; separating blanks become tabulators."""
+    """Return the lines and their separator; if blanks separate the cells, they become tabs."""
     if separator != "blank":
         return lines, SEPARATORS[separator]
     # A unit in brackets belongs to the word before.
@@ -223,7 +228,7 @@ def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str
 
 
 def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
-    """Find the table's first line, and the share of numbers in its cells; 0, 0 without a table."""
+    """Find the table's first line, and the share of numbers in the table; 0, 0 without a table."""
     lines, sign = _separated(lines, separator)
     rows = [(line, cells_of(text, sign)) for line, text in lines.items()]
     groups = groupby(rows, lambda row: len(row[1]) if _share(row[1]) >= 0.5 else 0)
@@ -252,7 +257,7 @@ def cells_of(line: str, sign: str) -> list[str]:
 
 
 def _decimal(cells: "DataFrame", name: str) -> str:
-    """Find the decimal sign from numbers in which it cannot separate thousands."""
+    """Find the decimal sign from the numbers whose point or comma cannot separate thousands."""
     text = cells.stack().str.strip()
     groups = text.str.fullmatch(GROUPS)
     proofs = {
@@ -273,17 +278,26 @@ def _heads(above: "Series[str]", sign: str, rows: "DataFrame") -> dict[int, list
     width, heads = rows.shape[1], {}
     ends_empty = (rows.iloc[:, -1] == "").all()  # each row ends with a separator
     for line, text in above.items():
-        cells = cells_of(COMMENT.sub("", text, count=1), sign)
+        cells = cells_of(text, sign)
+        # The title of a first column may be #; or # marks the line as a comment.
+        cells[0] = COMMENT.sub("", cells[0], count=1) or cells[0]
+        if len(cells) != width:
+            cells = cells_of(COMMENT.sub("", text, count=1), sign)
         while len(cells) > width and cells[-1] in ("", REMARKS):
             cells.pop()
         if len(cells) == width - 1 and ends_empty:
             cells.append("")
-        if len(cells) == width:
+        if len(cells) == width and not all(cell.lower() in MISSING for cell in cells):
             heads[line] = cells
     return heads
 
 
 def _are_units(cells: list[str]) -> bool:
-    """Whether each cell is a unit of a channel or in `NO_UNIT`, and at least one is a unit."""
-    units = {cell.strip("[]() ") for cell in cells}.difference(NO_UNIT)
-    return bool(units) and all(any(unit_size(u, kind) for kind in KINDS.values()) for u in units)
+    """Whether the cells are a row of units.
+
+    More than half of the cells that are not in `NO_UNIT` are units of `KINDS`, as further columns
+    may have others.
+    """
+    units = [cell for cell in (one.strip("[]() ") for one in cells) if cell not in NO_UNIT]
+    known = [any(unit_size(unit, kind) for kind in KINDS.values()) for unit in units]
+    return sum(known) > 0.5 * len(units)
