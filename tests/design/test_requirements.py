@@ -35,7 +35,7 @@ clamp_angle = "0 ± 0.2 deg"
 @pytest.fixture
 def setup(tmp_path):
     path = tmp_path / "wire.toml"
-    path.write_text(SETUP, encoding="utf-8")
+    path.write_text(SETUP, encoding="utf-8-sig")  # as editors on Windows write it
     return path
 
 
@@ -58,6 +58,9 @@ def test_what_is_chosen_from_is_a_value_a_list_or_a_range_of_what_is_sold():
     one = Requirements.read(**NAMED, **ASKED, length="100 mm", eta="80 to 90 mm")
     assert (one.eta[0], one.eta[-1]) == pytest.approx((0.8, 0.9)) and (np.diff(one.eta) > 0.0).all()
     assert Requirements.read(**NAMED, **ASKED, eta="0.8, 0.85").eta == (0.8, 0.85)
+    narrow = Requirements.read(**NAMED, **ASKED, length="190 to 230 mm ± 1", eta="0.8502 to 0.8508")
+    assert narrow.length == (0.19, 0.2, 0.21, 0.22, 0.23) and narrow.eta == (0.8502, 0.8508)
+    assert narrow.setup.tolerances == {"length": "1 mm"}
 
 
 def test_a_setup_file_is_read_and_an_option_takes_its_place(setup):
@@ -101,6 +104,9 @@ def test_the_result_is_written_as_a_setup_file_with_what_was_given(setup, tmp_pa
 def test_without_names_the_numbers_are_in_the_setup_file(tmp_path):
     size = {"theta": "2", "eta": "0.85", "diameter": "1 mm", "length": "100 mm"}
     found = design(Requirements.read(**OWN, mu0="0.2", step="5 um", **size))
+    assert "weight       not checked: give the density" in repr(found)
+    locks = design(Requirements.read(**OWN, mu0="0.6 to 0.8", step="5 um", **size))
+    assert "nan" not in repr(locks) and "a factor of inf" not in locks.message
     write_keys(tmp_path / "rod.toml", found.best.setup.stated(), "")
     assert tomllib.loads((tmp_path / "rod.toml").read_text(encoding="utf-8")) == {
         **{"theta": 2.0, "eta": 0.85, "modulus": "3.6 GPa"},
@@ -133,6 +139,7 @@ def test_without_names_the_numbers_are_in_the_setup_file(tmp_path):
         ({"transducer": None, "noise": "1 N"}, "noise needs three values"),
         ({"transducer": None, "noise": "0 N, 1 N, 1 N*m"}, "noise must be positive"),
         ({"noise": "1 N, 1 N, 1 N*m"}, "the noise or the transducer, not both"),
+        ({"length": "1 mm ± 1 %", "tolerances": "exact"}, "tolerances: input should be a valid"),
         ({"yield_strain": "0.1"}, "the material or its yield strain, not both"),
         ({"tolerances": {"eta": "1 GPa"}}, "the tolerance of eta must be a length"),
         ({"tolerances": {"etta": "1 mm"}}, "did you mean eta"),

@@ -17,6 +17,8 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind
 from vibrissa.sensor.identification.parameters import SLOPE, parameters_of
+from vibrissa.sensor.identification.recording import FORCES, MOMENT
+from vibrissa.sensor.identification.slips import FALL
 from vibrissa.sensor.identification.uncertainty import step_deviation
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances
@@ -24,10 +26,9 @@ from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
 GRAVITY = 9.80665
-# A slip is detected if the forces jump by JUMP standard deviations of the difference of two
-# readings. After the shortest period the jump must be CLEARLY times as large: one slip in 1,000 is
-# missed then, and one in two if the factor were 1.
-JUMP, CLEARLY = 6.0, 1.5
+# Least fall of the load in the slip after the shortest period, in units of the fall that `identify`
+# takes for a slip. One slip in 400 is missed then, and one in two if the factor were 1.
+CLEARLY = 1.5
 # Least ratio of mu_lock to the largest friction coefficient. Largest ratio of the weight to the
 # normal force, as the model has no gravity.
 LOCK_FACTOR, WEIGHT = 1.1, 0.1
@@ -45,11 +46,12 @@ class Limit:
     name : str
         Name of the bounded quantity. ``strain``: largest strain. ``lock``: μ_lock. ``tip``:
         diameter of the tip. ``weight``: weight of the rod divided by the least normal force.
-        ``touch``: x0 at which more than the tip begins to touch the surface, divided by the x0 at
+        ``touch``: x0 from which on the rod touches with more than its tip, divided by the x0 at
         the end of the longest period. ``force_x``, ``force_y`` or ``moment_z``: largest reading of
-        this channel. ``steps``: number of steps in the shortest period. ``slips``: length of the
-        shortest period, divided by the least length after which a slip is detected. ``spacing``:
-        clamp travel in the longest period.
+        this channel. ``steps``: number of steps in the shortest period. ``slips``: fall of the
+        load in the slip after the shortest period, divided by the least fall that `identify` takes
+        for a slip. ``diameter``: diameter at the clamp. ``spacing``: clamp travel in the longest
+        period.
     value : ndarray
         Value for each rod, in SI units.
     bound : float
@@ -89,6 +91,7 @@ def _limits(
     theta, curve, force = pair.curve.theta, pair.curve, units[Kind.FORCE]
     yield Limit("strain", pair.strain * d / length, r.material.yield_strain / r.safety)
     yield Limit("lock", np.asarray(curve.mu_lock), LOCK_FACTOR * r.mu0[-1], upper=False)
+    yield Limit("diameter", d, r.material.largest or np.inf, Kind.LENGTH)
     yield Limit("tip", d / theta, r.tip, Kind.LENGTH, upper=False)
     if r.material.density is not None:
         volume = np.pi / 12.0 * (1.0 + 1.0 / theta + 1.0 / theta**2) * d**2 * length
@@ -101,11 +104,12 @@ def _limits(
     channels = zip(CHANNELS, CHANNEL_KINDS, largest, r.largest, strict=True)
     for name, kind, reaction, most in channels:
         yield Limit(name, reaction * units[kind], r.load * most, kind)
-    shortest = np.nan_to_num(pair.x0_slip[0], nan=0.0)
+    shortest = np.nan_to_num(pair.x0_slip[0], nan=pair.longest)
     yield Limit("steps", shortest * length / r.step, r.steps, upper=False)
-    resolved = np.linalg.norm(pair.least_slope / r.noise[:2])
-    slips = shortest * resolved * force / (np.sqrt(2.0) * JUMP)
-    yield Limit("slips", slips, CLEARLY, upper=False)
+    # The two loads in which `identify` finds slips.
+    fall, seen = np.ptp(pair.response([0.0, shortest]), axis=0), (FORCES[0], MOMENT)
+    fx, m = (fall[i] * units[CHANNEL_KINDS[i]] / r.noise[i] for i in seen)
+    yield Limit("slips", np.hypot(fx, m) / FALL, CLEARLY, upper=False)
     yield Limit("spacing", pair.longest * length, r.spacing, Kind.LENGTH)
 
 
@@ -232,7 +236,7 @@ class Candidate:
 
     @cached_property
     def _weight(self) -> FloatArray:
-        """Number of readings at x nodes of a period, divided by their variance, (k, x, 3)."""
+        """Number of readings for which each of x nodes stands, over their variance, (k, x, 3)."""
         readings = self.x0_slip / self.requirements.step
         return np.asarray(readings[:, None, None] * NODE_WEIGHTS[:, None] / self._noise**2)
 
@@ -272,7 +276,7 @@ class Candidate:
         )
 
     def parts(self) -> list[TolerancePart]:
-        """List the decrease of the largest uncertainty of μ0 if one tolerance alone is halved.
+        """List how much halving each tolerance alone lowers the largest uncertainty of μ0.
 
         C is the covariance of the fitted parameters, and D their effect on μ0
         (`vibrissa.design.pairs`). Let P be the parameters to which one tolerance applies, S their

@@ -29,11 +29,14 @@ class Material(Card):
         Strain up to which the material is linear elastic.
     density : float or None
         Density (kg/m³).
+    largest : float or None
+        Largest diameter of which the yield strain is known (m).
     """
 
     modulus: Annotated[Positive, Kind.STRESS]
     yield_strain: Positive
     density: Annotated[Positive | None, Kind.DENSITY] = None
+    largest: Annotated[Positive | None, Kind.LENGTH] = None
 
     def with_modulus(self, modulus: float) -> Self:
         """Return a copy with a measured modulus and the same yield stress.
@@ -81,7 +84,10 @@ def stated_material(setup: Setup) -> Material | None:
 
 
 def likely_material(setup: Setup) -> Material | None:
-    """Return the stated material, or the preset of similar modulus and largest yield strain."""
+    """Return the stated material, or a preset of similar modulus; None if there is neither.
+
+    Of several presets, the one with the largest yield strain is returned.
+    """
     found = stated_material(setup)
     modulus = setup.in_si("modulus")
     if found is not None or modulus is None:

@@ -100,19 +100,13 @@ class Pair:
         return self.response(self.longest * PLACES)
 
     @cached_property
-    def least_slope(self) -> FloatArray:
-        """Derivatives d/dx0 of (fx, fy) where the force changes least in the longest period."""
-        slopes = self.response.slope(self.longest * PLACES)[:, :2]
-        return np.asarray(slopes[np.argmin((slopes**2).sum(axis=1))])
-
-    @cached_property
     def demand_slope(self) -> FloatArray:
         """Derivative of the mobilised friction −tan α with respect to x0 at each onset (1/L)."""
         return self.response.demand_slope(self.x0_slip)
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
-        """Sensitivity in k periods, each up to the onset of slip, else to the lock."""
+        """Sensitivity in k periods, each up to the onset of slip or, if the tip locks, the lock."""
         end = np.where(np.isfinite(self.x0_slip), self.x0_slip, self.response.x0_lock)
         return sensitivity_of(self.response, end, self.contact)
 

@@ -3,7 +3,7 @@
 Each requirement is a field of `Requirements` and an option of the command line.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -23,18 +23,21 @@ from vibrissa.sticking.api import MOST_TAPER
 
 Choice = tuple[float, ...]
 
-# Tapers: 1 is a rod as it is sold; the others are turned, ground or printed.
-TAPERS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
-# Diameters in which wire and rods are sold (m).
-DIAMETERS = tuple(
-    1e-3 * mm
-    for mm in (
-        *(0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9),
-        *(1.0, 1.2, 1.5, 1.8, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0),
-    )
-)
-# Lengths to which a rod is cut (m).
-LENGTHS = tuple(1e-3 * mm for mm in range(20, 210, 10))
+# Values in a range. Tapers: 1 is a rod as it is sold; the others are turned, ground or printed.
+# Diameters in which wire and rods are sold, and lengths to which a rod is cut (m).
+SOLD = {
+    "theta": (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 15.0, 20.0, 30.0, 50.0),
+    "diameter": tuple(
+        mm / 1e3
+        for mm in (
+            *(0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08, 0.09),
+            *(0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9),
+            *(1.0, 1.2, 1.5, 1.8, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0),
+            *(12.0, 15.0, 18.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0),
+        )
+    ),
+    "length": tuple(mm / 1e3 for mm in range(10, 2010, 10)),
+}
 # Number of heights that are tried in a range.
 MOST_HEIGHTS = 15
 
@@ -44,7 +47,7 @@ def choices_of(text: str, read: Callable[[str], float], sold: Choice = ()) -> Ch
 
     Examples
     --------
-    >>> choices_of("1 to 2.5", float, TAPERS)
+    >>> choices_of("1 to 2.5", float, SOLD["theta"])
     (1.0, 1.5, 2.0, 2.5)
     """
     if "," in text:
@@ -76,17 +79,21 @@ def _between(low: float, high: float) -> Choice:
     """Heights from `low` to `high` (L), spaced more closely near 1, the upright rod."""
     if not 0.0 < low < high < 1.0:
         return tuple(sorted({low, high}))
-    between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, MOST_HEIGHTS), 3)[1:-1]
-    return tuple(np.unique([low, *between, high]).tolist())
+    between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, MOST_HEIGHTS), 3)
+    return tuple(np.unique([low, *between[(between > low) & (between < high)], high]).tolist())
+
+
+def _default(name: str, low: float, high: float) -> Choice:
+    return tuple(value for value in SOLD[name] if low <= value <= high)
 
 
 HEIGHTS = _between(0.5, 0.98)
-
+TAPERS = _default("theta", 1.0, 10.0)
+DIAMETERS, LENGTHS = _default("diameter", 1e-4, 0.01), _default("length", 0.02, 0.2)
 # Number of values of μ0 in its range at which the uncertainty is computed.
 FRICTIONS = 5
-# Quantities that the design chooses, and values that are sold or can be made.
+# Quantities that the design chooses.
 SIZES = ("theta", "eta", "diameter", "length")
-SOLD = {"theta": TAPERS, "diameter": DIAMETERS, "length": LENGTHS}
 
 Factor = Annotated[float, Field(ge=1.0), Kind.NUMBER]
 Part = Annotated[float, Field(gt=0.0, lt=1.0)]
@@ -121,7 +128,7 @@ class Requirements(Keyed):
     steps: Annotated[Positive, Kind.NUMBER] = 10.0
     """Least number of steps in a period of sticking."""
     load: Annotated[Part, Kind.NUMBER] = 0.8
-    """Limit: part of the transducer's range that the loads may use."""
+    """Largest part of the transducer's range that the loads may use."""
     spacing: Annotated[Positive, Kind.LENGTH] = np.inf
     """Largest clamp travel between two measurements: '5 mm'."""
     setup: Setup
@@ -148,8 +155,9 @@ class Requirements(Keyed):
         for name in SIZES:
             if isinstance(own.get(name), str):
                 own[name], tolerance = Measured.read(own[name])
-                if tolerance is not None:
-                    keys[TOLERANCES] = {name: tolerance} | keys.get(TOLERANCES, {})
+                others = keys.get(TOLERANCES) or {}
+                if tolerance is not None and isinstance(others, Mapping):
+                    keys[TOLERANCES] = {name: tolerance} | dict(others)
         own["setup"] = Setup.validated(keys, path, stated)
         return cls.validated(own, path, stated)
 
@@ -160,7 +168,8 @@ class Requirements(Keyed):
         if not isinstance(value, str):
             return value
         if name == "eta":
-            return heights_of(value, info.data.get("length", ()))
+            # A wrong length has its own message.
+            return heights_of(value, info.data["length"]) if "length" in info.data else HEIGHTS
         kind = cls.kinds()[name]
         return choices_of(value, lambda text: kind.read(text, name), SOLD.get(name, ()))
 
@@ -170,7 +179,8 @@ class Requirements(Keyed):
         if self.setup.transducer is None and self.setup.noise is None:
             raise ArgumentError("neither transducer nor noise is given: give one of them")
         if min(self.noise) <= 0.0:
-            raise ArgumentError(f"noise must be positive, got {self.setup.noise!r}")
+            given = self.setup.noise or f"the transducer {self.setup.transducer}"
+            raise ArgumentError(f"noise must be positive in all channels, got that of {given}")
         first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
         if first.whisker.mounting != IDEAL:
             raise ArgumentError(

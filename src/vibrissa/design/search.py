@@ -103,9 +103,10 @@ class Design:
         parts = zip(rod.whole, rod.by_step, rod.by_reading, rod.by_tolerances, strict=True)
         for mu0, values, travel in zip(rod.requirements.frictions, parts, rod.x0_slip, strict=True):
             whole, step, noise, tolerances = (f"{value:.2g}" for value in values)
+            length = self._shown(travel)
             if np.isnan(travel):
-                whole, step, noise, tolerances = "the tip locks", "", "", ""
-            rows.append((f"{mu0:.4g}", whole, step, noise, tolerances, self._shown(travel)))
+                whole, step, noise, tolerances, length = "the tip locks", "", "", "", ""
+            rows.append((f"{mu0:.4g}", whole, step, noise, tolerances, length))
         return [
             "uncertainty (standard deviation) of mu0 from one period of sticking",
             *_aligned(rows),
@@ -131,7 +132,8 @@ class Design:
             )
             used = f"{check.use:.0%}" if check.use < 2.0 else f"{check.use:.3g} times"
             rows.append((check.name, value, f"{'<' if check.upper else '>'} {bound}", used))
-        return _aligned(rows)
+        known = self.best.requirements.material.density is not None
+        return _aligned(rows) + ([] if known else ["weight       not checked: give the density"])
 
     def _first(self) -> list[str]:
         rows = []
@@ -157,8 +159,8 @@ def design(requirements: Requirements) -> Design:
     """Find the rod that measures friction best, and the constraints that limit it.
 
     The best rod measures μ0 with the smallest uncertainty in one period of sticking. This
-    uncertainty is due to noise, step and tolerances. It depends on μ0; its largest value in the
-    range counts.
+    uncertainty is due to noise, step and tolerances. It depends on μ0; the largest uncertainty in
+    the range of μ0 counts.
 
     Parameters
     ----------
@@ -215,7 +217,7 @@ def design(requirements: Requirements) -> Design:
 
 
 def _violated(nearest: Candidate, alone: Sequence[str]) -> str:
-    """Write which constraints the rod violates, and which of them alone prevent all rods."""
+    """Write which constraints the rod violates, and dropping which single one would allow a rod."""
     factors = ", ".join(
         f"{check.name} (by a factor of {check.use:.3g})"
         for check in nearest.checks
