@@ -337,7 +337,7 @@ def test_a_rod_that_swings_aside_keeps_its_shape_while_its_plane_turns():
     upright = [line for line in oblique.lines if line.get_color() == turned[3].get_color()]
     assert upright[0].get_ydata() - 0.3 * out == pytest.approx(before["shape_y"])
     (text,) = draw("swing", scans(), chosen | {"mu0": [0.3]}).axes[0].texts
-    assert text.get_text() == "the rod does not buckle laterally in this scan"
+    assert text.get_text() == "the scan has no states after lateral buckling"
 
 
 def test_models_figure_marks_what_penetrates():
@@ -420,6 +420,13 @@ def test_a_script_gets_the_rows_and_the_style(tmp_path):
     assert len(axes.lines[0].get_xdata()) == 6 and not axes.spines["top"].get_visible()
     assert tuple(figure.get_size_inches()) == (4.0, 2.0)
     assert axes.get_xlim() == (0.5, 9.0) and axes.get_yscale() == "log"
+    zero, *_ = draw("taper", points(), {"grid": "main"}, look={"axes": {"log": ["y"]}}).axes
+    assert 1e-3 < zero.get_ylim()[0] < zero.dataLim.y0 + 0.01
+
+
+def test_a_series_without_a_point_that_slips_is_named():
+    figure = draw("past_lock", points(), {"grid": "locks", "mu0": [0.9]})
+    assert r"$\theta = 2$" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def test_a_curvature_is_chosen_with_its_powers(tmp_path):
@@ -433,6 +440,7 @@ def test_a_curvature_is_chosen_with_its_powers(tmp_path):
     for curvature, number in (([0.0], len(rows) - len(rows[::3])), ([[0.0, 0.3]], len(rows[::3]))):
         figure = draw("script", table, {"curvature": curvature}, script=tmp_path / "mine.py")
         assert len(figure.axes[0].lines[0].get_xdata()) == number
+        assert tuple(figure.get_size_inches()) == (3.5, 2.6)
 
 
 @pytest.mark.parametrize("kind", ["locking", "models", "past_lock", "margins"])

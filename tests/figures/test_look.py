@@ -44,7 +44,10 @@ def panel_of(axes):
     for axis in (axes.xaxis, axes.yaxis):
         low, high = sorted(axis.get_view_interval())
         ticks = short(axis.get_ticklocs()) if axes.axison else ""
-        yield f"{axis.get_label_text()!r} {axis.get_scale()} {low:.4g} {high:.4g} ticks {ticks}"
+        kept = axis.get_tick_params()
+        bare = "".join(f" no {name}" for name in kept if kept[name] is False)
+        scale = f"{axis.get_scale()} {low:.4g} {high:.4g}"
+        yield f"{axis.get_label_text()!r} {scale} ticks {ticks}{bare}"
     yield from map(text_of, (axes.title, *axes.texts))
     yield from map(line_of, axes.lines)
     yield from map(collection_of, axes.collections)

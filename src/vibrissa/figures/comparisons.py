@@ -38,7 +38,7 @@ def models(rows: pd.DataFrame) -> Figure:
     # μ_lock is infinite where the tip lifts off instead of locking: not drawn.
     rods = rows.sort_values("theta").drop_duplicates("theta").replace(np.inf, np.nan)
     for contact, (column, line) in LOCKS.items():
-        look = {"linestyle": line, "marker": style.alone(rods)}
+        look = {"linestyle": line} | style.alone(rods[column])
         locks.plot(rods["theta"], rods[column], label=contact, color="black", **look)
     errors.set(xlabel=style.TAPER, ylabel=r"error of $x_{0,\mathrm{slip}}$ in tip contact / %")
     locks.set(xlabel=style.TAPER, ylabel=style.LOCKING_FRICTION)

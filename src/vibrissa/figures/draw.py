@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 import pyarrow.compute as pc
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrissa.errors import ArgumentError
@@ -39,8 +40,9 @@ def draw(
     kind : str
         One of `KINDS`, or ``script`` for the user's file `script`.
     selection : mapping
-        Rows to draw, with the keys that a figure has in the study file: ``grid``, ``scan``,
-        ``state`` or ``comparison`` with a name or a list of names, and axes with lists of values.
+        Which rows to draw, as a figure states them in the study file. One of the keys ``grid``,
+        ``scan``, ``state`` and ``comparison`` has a name or a list of names. Each further key is an
+        axis of the grid, such as ``theta``, with a list of values.
     look : mapping, optional
         ``size`` and ``axes`` as in the study file.
 
@@ -62,7 +64,8 @@ def draw(
             return _failure(rows)
         else:
             figure = KINDS[kind].plot(rows)
-        _adjust(figure, look or {})
+        # The maps of `regimes` have equal axes.
+        _adjust(figure, figure.axes if kind == "regimes" else figure.axes[:1], look or {})
     return figure
 
 
@@ -102,8 +105,8 @@ def _scripted(script: Path, rows: pd.DataFrame) -> Figure:
     return figure
 
 
-def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
-    """Set the size of a figure and the axes of its first panel as in the study file."""
+def _adjust(figure: Figure, panels: Sequence[Axes], look: Mapping[str, Any]) -> None:
+    """Set the size of a figure and the axes of its panels as in the study file."""
     if size := look.get("size"):
         figure.set_size_inches(size)
     if axes := look.get("axes"):
@@ -111,8 +114,10 @@ def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
         # Set last, so that the study file overrides the limits that a kind sets.
         limits = {f"{axis}lim": axes[axis] for axis in "xy" if axis in axes}
         # A figure that is a message has no axes.
-        for first in figure.axes[:1]:
-            first.set(**scales | limits)
+        for panel in panels:
+            for axis in axes.get("log", ()):
+                panel.autoscale(axis=axis)  # a limit may be 0
+            panel.set(**scales | limits)
 
 
 def _failure(rows: pd.DataFrame) -> Figure:

@@ -1,4 +1,4 @@
-"""Figures of a locked round rod: duration of sticking, stability, lateral buckling."""
+"""Figures of a locked round rod: length of periods of sticking, stability, lateral buckling."""
 
 from typing import Any
 
@@ -76,7 +76,7 @@ def swing(rows: pd.DataFrame) -> Figure:
     steps = _first_period(rows)
     swung = swung_aside(steps)
     if not swung.any() or swung.all():
-        return style.message("the rod does not buckle laterally in this scan")
+        return style.message("the scan has no states after lateral buckling")
     figure = style.page(4.6)
     panels = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
     last = steps[~swung].iloc[-1]

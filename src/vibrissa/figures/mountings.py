@@ -30,7 +30,7 @@ HEIGHT = r"clamp–surface distance $\eta$"
 
 
 def _over(rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """Add the mounting parameter that varies as column ``over``; return the rows and its label."""
+    """Return rows with a new column ``over``, the varied mounting parameter, and its axis label."""
     varied = max(AXES, key=lambda axis: rows[axis].nunique())
     label, unit = AXES[varied]
     # μ_lock is infinite where the tip lifts off instead of locking: not drawn.
@@ -91,17 +91,24 @@ def versus(rows: pd.DataFrame) -> Figure:
 
 def _maps(tables: Mapping[str, pd.DataFrame], label: str) -> Figure:
     """Draw maps of tables over η and a quantity: red above zero, blue below, grey if unknown."""
-    figure = style.page(2.6, style.PAGE)
-    (panels,) = figure.subplots(1, len(tables), sharey=True, squeeze=False)
+    columns = min(len(tables), 3)
+    lines = -(-len(tables) // columns)
+    figure = style.page(2.6 * lines, style.PAGE)
+    grid = figure.subplots(lines, columns, sharey=True, squeeze=False)
+    for panel in grid.flat[len(tables) :]:
+        panel.set_visible(False)
+    panels = grid.flat[: len(tables)]
     for panel, (name, table) in zip(panels, tables.items(), strict=True):
         low, high = table.min(axis=None), table.max(axis=None)
-        bound = max(-low, high) if low < high else 1.0
+        bound = table.abs().max(axis=None)
+        bound = bound if bound > 0.0 else 1.0
         look: style.Look = {"cmap": "RdBu_r", "vmin": -bound, "vmax": bound, "rasterized": True}
-        columns, index = style.cells(table.columns), style.cells(table.index)
-        figure.colorbar(panel.pcolormesh(columns, index, table, **look), ax=panel, label=name)
+        across, index = style.cells(table.columns), style.cells(table.index)
+        figure.colorbar(panel.pcolormesh(across, index, table, **look), ax=panel, label=name)
         if min(table.shape) > 1 and low < 0.0 < high:
             panel.contour(table.columns, table.index, table, levels=[0.0], colors="black")
         panel.set_facecolor("#cccccc")
         panel.set_xlabel(label)
-    panels[0].set_ylabel(HEIGHT)
+    for panel in panels[::columns]:
+        panel.set_ylabel(HEIGHT)
     return figure

@@ -12,11 +12,13 @@ from vibrissa.figures.style import COLORS, HOLLOW
 
 # The lowest SHOWN_LEVELS levels of the step grid are enlarged if there are MANY_LEVELS or more.
 SHOWN_LEVELS, MANY_LEVELS = 7, 20
+# A lock above this multiple of the largest μ0 stands in the legend alone.
+NEAR = 1.5
 
 
 @kind("taper", columns=(*POINT, "x0_slip", "x0_max", "penetrates"))
 def taper(rows: pd.DataFrame) -> Figure:
-    """x0,max on the step grid, and the exact onset, over θ for each μ0 (paper Figure 6)."""
+    """x0,max, a multiple of Δx0, and the exact onset, over θ for each μ0 (paper Figure 6)."""
     series = Series(rows, "mu0")
     figure, panel = style.axes(3.0)
     series.lines(panel, rows, "theta", "x0_slip", label=None, linewidth=0.6)
@@ -36,7 +38,7 @@ def taper(rows: pd.DataFrame) -> Figure:
 
 @kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"))
 def friction(rows: pd.DataFrame) -> Figure:
-    """x0,max over μ0, in steps of Δx0, with exact onset and locking (paper Figure 7)."""
+    """x0,max, a multiple of Δx0, over μ0, with the exact onset and the lock (paper Figure 7)."""
     rows = rows.sort_values("mu0")
     slips = rows[rows["status"] == "slip"]
     levels = np.unique(slips["n_steps"])
@@ -51,10 +53,13 @@ def friction(rows: pd.DataFrame) -> Figure:
         enlarged.yaxis.grid(True, linewidth=0.3, color="#cccccc")
     _levels(panel, slips, 1.5)
     mu_lock = rows["mu_lock"].iloc[0]
-    if np.isfinite(mu_lock):
+    label = rf"locks above $\mu_\mathrm{{lock}} = {mu_lock:.4f}$"
+    line: style.Look = {"color": style.SURFACE, "linewidth": 0.8, "linestyle": "--", "label": label}
+    if mu_lock < NEAR * rows["mu0"].max():
         panel.axvspan(mu_lock, max(mu_lock, rows["mu0"].max()), color="#eeeeee", linewidth=0)
-        label = rf"locks above $\mu_\mathrm{{lock}} = {mu_lock:.4f}$"
-        panel.axvline(mu_lock, color=style.SURFACE, linewidth=0.8, linestyle="--", label=label)
+        panel.axvline(mu_lock, **line)
+    elif np.isfinite(mu_lock):
+        style.mean(panel, **line)
     Series(rows, "theta").gaps(panel, rows[rows["status"] != "lock"], "mu0")
     panel.set_ylabel(style.DISPLACEMENT)
     style.from_zero(panel)
@@ -63,7 +68,7 @@ def friction(rows: pd.DataFrame) -> Figure:
 
 
 def _levels(panel: Axes, slips: pd.DataFrame, size: float) -> None:
-    """Draw the exact onset over μ0, and a mark for each point on the step grid."""
+    """Draw the exact onset over μ0, and a mark for the x0,max of each grid point that slips."""
     if len(slips):
         marks: style.Look = {"markersize": size, "color": COLORS[0], "label": _step(slips)}
         panel.plot(slips["mu0"], slips["x0_max"], "o", **marks)

@@ -40,13 +40,18 @@ PANELS = {6: (3, 2.0, 7.0), 20: (4, 1.6, 7.0), math.inf: (8, 0.95, 5.0)}
 def locking(rows: pd.DataFrame) -> Figure:
     """μ_lock over θ for each η."""
     # μ_lock is infinite where the tip lifts off instead, and null where no lock was found.
-    rods = rows.drop_duplicates(["theta", "eta"]).replace(np.inf, np.nan)
+    rods = rows.drop_duplicates(["theta", "eta"])
+    lifts = set(rods["eta"][np.isinf(rods["mu_lock"])])
+    rods = rods.replace(np.inf, np.nan)
     known = rods["mu_lock"].notna().groupby(rods["eta"]).transform("any")
     if not known.any():
         return style.message("no tip locks")
     figure, panel = style.axes(3.0)
     for eta in sorted(set(rods["eta"][~known])):
-        style.mean(panel, rf"no lock: $\eta = {eta:g}$", linestyle="none")
+        if eta in lifts:
+            style.mean(panel, rf"no lock: $\eta = {eta:g}$", linestyle="none")
+        else:
+            style.no_result(panel, rf"$\eta = {eta:g}$")
     # Series without points would use up colours.
     series = Series(rods[known], "eta")
     series.lines(panel, rods[known], "theta", "mu_lock")
@@ -97,7 +102,7 @@ def _regime_map(panel: Axes, points: pd.DataFrame) -> None:
     look: Look = {"cmap": REGIME_COLORS, "vmin": 0, "vmax": len(REGIMES) - 1}
     panel.pcolormesh(thetas, mu0, field, rasterized=True, **look)
     curves = points.drop_duplicates("theta").sort_values("theta")
-    panel.plot(curves["theta"], curves["mu_lock"], color="black", marker=style.alone(curves))
+    panel.plot(curves["theta"], curves["mu_lock"], color="black", **style.alone(curves["mu_lock"]))
     panel.set_ylim(mu0[0], mu0[-1])
 
 
@@ -105,14 +110,15 @@ def _regime_map(panel: Axes, points: pd.DataFrame) -> None:
 def law(rows: pd.DataFrame) -> Figure:
     """x0_slip over μ0, and x0_lock − x0_slip over μ_lock − μ0 beside power laws, for each θ."""
     rows = rows.assign(gap=rows["mu_lock"] - rows["mu0"], far=rows["x0_lock"] - rows["x0_slip"])
-    slips = rows[(rows["status"] == "slip") & (rows["gap"] > 0.0) & np.isfinite(rows["gap"])]
+    every = rows[rows["status"] == "slip"]
+    slips = every[(every["gap"] > 0.0) & np.isfinite(every["gap"])]
     if slips.empty:
-        return style.message("no point of the grid slips")
+        return style.message("no tip locks" if len(every) else "no point of the grid slips")
     figure = style.page(3.0, style.PAGE)
     panel, near = figure.subplots(1, 2)
-    series = Series(slips, "theta")
+    series = Series(every, "theta")
     dots: Look = {"marker": ".", "label": None, "rasterized": len(slips) > MANY}
-    series.lines(panel, slips, "mu0", "x0_slip", 1.5, **dots)
+    series.lines(panel, every, "mu0", "x0_slip", 1.5, **dots)
     series.lines(near, slips, "gap", "far", 1.5, **dots)
     series.lines(panel, slips.drop_duplicates("theta"), "mu_lock", "x0_lock", 3.5, marker="o")
     # Power laws through the farthest onset, for comparison with the series.

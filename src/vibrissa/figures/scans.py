@@ -10,6 +10,8 @@ from vibrissa.figures.kinds import SCAN, kind
 from vibrissa.figures.style import COLORS, END, SHAPE, START, SURFACE, Look
 
 SHAPES = ("x0", "footpoint", "cycle", "phase", "shape_x", "shape_y")
+# Largest number of panels with letters.
+LETTERS = 26
 REACTIONS = {"reaction_fx": "$F_x$", "reaction_fy": "$F_y$", "reaction_m": "$M$"}
 
 
@@ -34,7 +36,8 @@ def _figure(rows: pd.DataFrame, linewidth: float) -> Figure:
     for i, (panel, steps) in enumerate(zip(panels, scans, strict=True)):
         _draw(panel, steps, linewidth)
         if len(scans) > 1:
-            text = rf"({chr(ord('a') + i)}) $\theta = {steps['theta'].iloc[0]:g}$"
+            letter = f"({chr(ord('a') + i)}) " if len(scans) <= LETTERS else ""
+            text = rf"{letter}$\theta = {steps['theta'].iloc[0]:g}$"
             panel.text(1.0, 0.03, text, transform=panel.transAxes, ha="right")
     for label, color, width in (
         (r"$\alpha = 0$: sticking begins", START, linewidth),
@@ -56,7 +59,8 @@ def _draw(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
     for ends, color in ((begin, START), (end, END)):
         shapes.draw(panel, ends, color=color, linewidth=linewidth, zorder=2.5)
         clamps: Look = {"color": color, "markersize": 6, "markeredgewidth": 0.8, "zorder": 3}
-        panel.plot(ends["footpoint"], 0.0 * ends["footpoint"], "|", **clamps)
+        x, y = ([shape[0] for shape in ends[name]] for name in ("shape_x", "shape_y"))
+        panel.plot(x, y, "|", **clamps)
 
 
 @kind(

@@ -55,14 +55,15 @@ class Series:
         """Draw column `y` over `x`: a line for each series, or markers of a `size` (points)."""
         for value, points in rows.sort_values(x).groupby(self.column):
             known: Look = {"color": self.color(value), "label": self.label(value)}
-            known["marker"] = style.alone(points)
-            if size:
+            if not size:
+                known |= style.alone(points[y])
+            else:
                 marker, share = (MARKERS[self.place(value)], 1.0) if self.few else ("o", 0.5)
                 known |= {"marker": marker, "linestyle": "none", "markersize": share * size}
             panel.plot(points[x], points[y], **known | look)
 
     def gaps(self, panel: Axes, rows: pd.DataFrame, x: str) -> None:
-        """Mark points without an onset above a panel, in a strip with one row for each series."""
+        """Mark points without an onset in a strip above a panel, with one row for each series."""
         rows = rows[rows["status"].isin(WITHOUT_ONSET)]
         if rows.empty:
             return
@@ -79,7 +80,13 @@ class Series:
 
     def explain(self, panels: Axes | Sequence[Axes], **look: Any) -> None:
         """Add a legend to the figure, and a colourbar for more than six series."""
-        style.legend((panels if isinstance(panels, Axes) else panels[0]).figure, **look)
+        first = panels if isinstance(panels, Axes) else panels[0]
+        told = {name for one in first.figure.axes for name in one.get_legend_handles_labels()[1]}
+        for value in self.values:
+            # A series of which nothing is drawn, or only marks that have another meaning.
+            if self.few and told.isdisjoint([self.label(value)]):
+                style.mean(first, str(self.label(value)), color=self.color(value))
+        style.legend(first.figure, **look)
         if not self.few:
             self.colorbar(panels)
 

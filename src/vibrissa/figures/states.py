@@ -19,7 +19,7 @@ from vibrissa.figures.style import COLORS, HOLLOW
 def state(rows: pd.DataFrame) -> Figure:
     """Shapes of single equilibria (paper Figure 8), each with its name.
 
-    More than six shapes have graded colours: by θ, or by x1 if all have one θ.
+    More than six shapes have graded colours in place of names: by θ, or by x1 if all have one θ.
     """
     solved = rows[rows["status"] == "solved"]
     figure, (panel,), is_narrow = shapes.panels([solved])

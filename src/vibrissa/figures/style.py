@@ -139,9 +139,11 @@ def cells(centres: pd.Index) -> FloatArray:
     return np.array([values[0], *(0.5 * (values[1:] + values[:-1])), values[-1]])
 
 
-def alone(points: Sequence[Any] | pd.DataFrame) -> str:
-    """Return the marker of a line: a dot for a single point, none for several points."""
-    return "o" if len(points) == 1 else ""
+def alone(values: Sequence[float] | pd.Series) -> Look:
+    """Return marks for those points of a line that have no neighbour, as no line shows them."""
+    known = np.pad(np.isfinite(np.asarray(values, dtype=float)), 1)
+    single = known[1:-1] & ~known[:-2] & ~known[2:]
+    return {"marker": "o", "markevery": single.tolist()} if single.any() else {"marker": ""}
 
 
 def save(figure: Figure, paths: Sequence[str | Path]) -> None:

@@ -37,8 +37,8 @@ class FigureKind:
     source : str
         Kind of the figure's data: a key of `TABLES`; empty if all kinds are allowed.
     single : tuple of str
-        Axes of which a figure shows one value; the axes of the mounting are always single. The key
-        of such an axis may be omitted if the data have one value.
+        Axes of which a figure shows one value. The axes of the mounting are single, too, except the
+        axis `over`. The key of a single axis may be omitted if the data have one value of it.
     required : str
         A further key that must be given; empty if there is none.
     """
@@ -78,7 +78,11 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     "swing": FigureKind("shapes of a rod that buckles laterally", "scan", ("theta", *_RUN)),
     "margins": FigureKind("stability in the plane and out of it over x0", "scan", _RUN),
     "state": FigureKind("shapes of one or more states of the same eta", "state"),
-    "models": FigureKind("errors of tip contact over theta, for each mu0", "comparison", ("eta",)),
+    "models": FigureKind(
+        "error of x0_slip if line contact is neglected, over theta",
+        "comparison",
+        ("eta",),
+    ),
     "script": FigureKind("figure drawn by a Python file of your own", "", required="script"),
 }
 
@@ -94,6 +98,12 @@ class AxesKeys(Section):
     log: list[Literal["x", "y"]] = Field(
         default=[], description="axes with a logarithmic scale, as in [y]"
     )
+
+    @model_validator(mode="after")
+    def _are_positive(self) -> Self:
+        if any(min(getattr(self, axis) or [1.0]) <= 0.0 for axis in self.log):
+            raise ValueError("limits of a logarithmic axis must be above 0")
+        return self
 
 
 # Optional keys, one for each axis: the values that are shown.
@@ -141,7 +151,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     )
     axes: AxesKeys | None = Field(
         default=None,
-        description="limits and scale, as in {x: [1, 3], y: [0, 0.1], log: [y]}, of the first "
+        description="limits and scale, as in {x: [1, 3], y: [0.001, 0.1], log: [y]}, of the first "
         "panel and of panels that share its axes",
     )
 
@@ -181,7 +191,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
 
     @model_validator(mode="after")
     def _has_its_keys(self) -> Self:
-        """Reject keys that the kind does not take, and missing data, `over` or script."""
+        """Reject keys that the kind does not take, and figures that lack data, `over` or script."""
         mistakes, kind = Mistakes(), FIGURE_KINDS[self.kind]
         sources = [kind.source] if kind.source else list(TABLES)
         keys = [*LOOK, *sources, *AXES, *filter(None, [kind.required])]

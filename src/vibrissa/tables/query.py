@@ -6,8 +6,6 @@ Rows are selected by pyarrow expressions, such as `one_of` returns; ``&`` combin
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import reduce
-from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -53,13 +51,13 @@ def opened_tables(paths: Mapping[str, Any], study_parts: Mapping[str, str]) -> d
 
 def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
     """Return the condition that a column has one of `values`."""
-    return reduce(or_, [pc.field(column) == value for value in values])
+    return pc.field(column).isin(list(values))
 
 
 def batches(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> Iterator[pa.Table]:
-    """Yield the selected rows of a table in batches; of a file, few are in memory at a time."""
+    """Yield the selected rows of a table in batches; a file is read a few batches at a time."""
     if isinstance(table, pa.Table):
         yield rows(table, columns, where)
         return
