@@ -14,8 +14,8 @@ TEMPORARY = ".*-*.tmp*"
 def write_atomically(path: Path) -> Iterator[Path]:
     """Yield the path of a temporary file beside the target, then move the file to the target.
 
-    The temporary file has the target's suffix. If the caller raises, it is removed and the target
-    stays as it was.
+    The temporary file has the target's suffix. If the caller raises an exception, the temporary
+    file is removed, and the target stays as it was.
     """
     temporary = path.with_name(f".{path.stem}-{uuid4().hex}.tmp{path.suffix}")
     # Create the file at once, so that an unwritable folder is found before any work is done.

@@ -37,7 +37,7 @@ def test_its_description_is_one_of_ro_crate(unpacked):
 def test_what_cannot_be_archived_is_refused(tmp_path):
     with pytest.raises(ArchiveError, match="the code was edited since commit abc; commit the"):
         write_archive(ROOT, tmp_path, [], tmp_path / "my.yaml", "abc-dirty", tmp_path / "a.zip")
-    with pytest.raises(ArchiveError, match="archive from a clone of the project"):
+    with pytest.raises(ArchiveError, match="run the archive in a clone of the"):
         write_archive(tmp_path, tmp_path, [], tmp_path / "my.yaml", "abc", tmp_path / "a.zip")
     assert not (tmp_path / "a.zip").exists()
 

@@ -1,4 +1,4 @@
-"""Stability out of the plane, against finite elements and a chain in space."""
+"""Stability out of the plane, against closed forms and a chain in space."""
 
 import numpy as np
 import pytest

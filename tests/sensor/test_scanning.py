@@ -237,11 +237,13 @@ def test_surfaces():
     [
         (lambda: surfaces.constant(0.0)(1.0), "mu0 must be positive"),
         (lambda: surfaces.patches([0.5, 0.1], [0.2, 0.3]), "positions of patches must increase"),
-        (lambda: surfaces.profile([0, 0.1, 0.1], [0.2] * 3), "must increase: number 3 does not"),
-        (lambda: surfaces.patches([0.5], [0.2, 0.3]), "and at least 1"),
-        (lambda: surfaces.patches([], []), "and at least 1"),
-        (lambda: surfaces.profile([0.0], [0.2]), "and at least 2"),
-        (lambda: surfaces.profile([0.0, 0.5, 0.4, 0.4], [0.2, 0.3, 0.3, 0.3]), "number 3 does not"),
+        (lambda: surfaces.profile([0, 0.1, 0.1], [0.2] * 3), "number 3 is not above the one"),
+        (lambda: surfaces.patches([0.5], [0.2, 0.3]), "have at least 1 positions"),
+        (lambda: surfaces.profile([0.0], [0.2]), "have at least 2 positions"),
+        (
+            lambda: surfaces.profile([0.0, 0.5, 0.4, 0.4], [0.2, 0.3, 0.3, 0.3]),
+            "number 3 is not above",
+        ),
         (lambda: surfaces.random(1, 0.3, 0.1, 0.0), "correlation"),
         (lambda: surfaces.random(1, 0.0, 0.1, 0.1), "mean"),
         (lambda: surfaces.random(1, 0.3, -0.1, 0.1), "deviation"),

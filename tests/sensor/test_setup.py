@@ -89,7 +89,7 @@ def test_tolerances_are_in_units_of_the_rod():
         ({"eta": "± 2 mm"}, "eta must be a length with a unit such as m, got ''"),
         ({"theta": "2 ± 1 mm"}, "theta must be a number, got '2 mm'"),
         ({"theta": "2,1"}, "write a decimal point"),
-        ({"theta": True}, "theta is a number or a text in quotes, got True"),
+        ({"theta": True}, "theta must be a number or a text in quotes, got True"),
         ({"eta": "0.85 ± 1 deg"}, "eta must be a length"),
         ({"eta": "110 mm"}, "eta must lie between 0 and the length of the rod, 100 mm"),
         ({"clamp_angle": "0 ± 2 %"}, "the tolerance of clamp_angle is 2 %, but clamp_angle is 0"),

@@ -219,7 +219,7 @@ def test_a_travel_that_no_period_of_this_rod_has_is_refused():
         ArgumentError, match=r"lock of this rod is not known: the computed .* theta"
     ):
         friction_from_travel(45.0, 0.2, 0.001, 0.001)
-    with pytest.raises(ArgumentError, match="does not follow from the travel"):
+    with pytest.raises(ArgumentError, match="does not determine the friction"):
         mounting = Mounting(stage_angle=-0.36, curvature=-0.3)
         friction_from_travel(2.0, 0.85, 0.2, 0.01, mounting=mounting)
     # Within the last step the tip may lock.

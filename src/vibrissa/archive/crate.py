@@ -1,6 +1,6 @@
 """A study as one file for a repository of research data: results and code, as an RO-Crate.
 
-workflow/verify.py makes the results of an unpacked archive again.
+In an unpacked archive, workflow/verify.py makes the results again.
 """
 
 import shutil
@@ -59,7 +59,7 @@ def write_archive(
 ) -> int:
     """Write the ZIP archive of a study atomically; return the number of its files.
 
-    The study file is archived as ``config.yaml``, in place of the project's own.
+    The study file is archived as ``config.yaml``, in place of the project's file of that name.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def write_archive(
         )
     if absent := [name for name in CODE if not (root / name).exists()]:
         raise ArchiveError(
-            f"{root} has no {', '.join(absent)}: archive from a clone of the project"
+            f"{root} has no {', '.join(absent)}: run the archive in a clone of the project"
         )
     sources = {name: root / name for name in CODE}
     sources |= {f"results/{results.name}/{name}": results / name for name in made}

@@ -21,7 +21,7 @@ COMMANDS = {
 
 
 def command_of(name: str) -> Any:
-    """Load a command from the module with its name; a keyword has an underscore: ``import_``."""
+    """Load a command from its module; if the name is a Python keyword, both end with ``_``."""
     own = name + "_" * iskeyword(name)
     return getattr(import_module(f"vibrissa.cli.{own}"), own)
 

@@ -37,11 +37,11 @@ def design(requirements: Requirements, output: Out = None) -> None:
 
     Chooses taper, height, diameter and length among rods that can be bought, cut and turned. The
     best rod measures mu0 with the smallest uncertainty in one period of sticking. This uncertainty
-    depends on mu0; its largest value in the range counts. The rod must not yield, its tip must not
-    lock, a period must have enough steps, and the forces must leave a margin of the transducer's
-    range. Give one value each for `--theta`, `--eta`, `--diameter` and `--length` to check that
-    rod. `-o rod.toml` writes the best rod as a set-up file. If no rod meets all constraints, the
-    rod that violates them least is shown, and the exit code is 1.
+    depends on mu0; the largest one in the range of mu0 counts. The rod must not yield, its tip
+    must not lock, a period must have enough steps, and the loads must leave a margin of the
+    transducer's range. Give one value each for `--theta`, `--eta`, `--diameter` and `--length` to
+    check that rod. `-o rod.toml` writes the best rod as a set-up file. If no rod meets all
+    constraints, the rod that violates them least is shown, and the exit code is 1.
     """
     found = find_design(requirements)
     typer.echo(str(found))

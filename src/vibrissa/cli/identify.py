@@ -83,7 +83,7 @@ def _lines(found: Identification, verbose: bool) -> Iterator[str]:
     assumed = list(dict.fromkeys(one.of for one in given if not one.stated))
     if assumed:
         yield (
-            f"{counted(len(assumed), 'tolerance')} assumed, named by --verbose; state yours with "
+            f"{counted(len(assumed), 'tolerance')} assumed (--verbose names them); state yours by "
             f"--tolerance name=size: {see_page('Friction from your recording')}"
         )
     if assumed and verbose:

@@ -28,7 +28,7 @@ SETUP: Panels = {
 
 
 def option(text: str, panel: str | None, *names: str, **more: Any) -> Any:
-    """Make an option that the help lists in a panel, with a text."""
+    """Make an option with a help text; the help lists the option in a panel."""
     return typer.Option(*names, help=" ".join(text.split()), rich_help_panel=panel, **more)
 
 

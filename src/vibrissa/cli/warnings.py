@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def material_of(setup: Setup) -> "Material | None":
-    """Return the likely material of a rod; None if the set-up states no modulus.
+    """Return the likely material of a rod; None if no modulus is stated or no preset is similar.
 
     Raises
     ------

@@ -8,7 +8,7 @@ from vibrissa.files import write_atomically
 
 
 def main(arguments: list[str]) -> str:
-    """Write the explorer into the file in `arguments`; return an error, or an empty text."""
+    """Write the explorer to the file in `arguments`; return an error message, or an empty text."""
     if len(arguments) != 1:
         return "give a file to write: python -m vibrissa.explorer explorer.html"
     require("workflow", "jinja2")

@@ -2,8 +2,8 @@
 
 The rod touches the surface at arc length s_c. In point contact this is the tip, s_c = 1. In line
 contact the rod touches tangentially at s_c < 1, and the part beyond is unloaded: if straight, it
-lies on the surface. On the free part, up to s_c, the moment obeys m' = fx·sin φ − fy·cos φ with
-m(s_c) = 0 for the contact force (fx, fy), and the slope obeys B·(φ' − κ0) = m with
+lies on the surface. On the free part, up to s_c, the moment m of the contact force (fx, fy) obeys
+m' = fx·sin φ − fy·cos φ with m(s_c) = 0. The slope obeys B·(φ' − κ0) = m with
 φ(0) = π/2 + β + c·m(0). The mounting gives β, c and κ0 (`vibrissa.mechanics.mounting`); all are 0
 in the paper. Integrated twice, the equations are
 
@@ -298,7 +298,7 @@ def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, Flo
 
 
 def coefficient_decay(states: RodStates) -> FloatArray:
-    """Size of the last two Legendre coefficients of φ relative to the largest one, shape (n,).
+    """Larger of the last two Legendre coefficients of φ over the largest of all, shape (n,).
 
     It is near rounding error where the nodes resolve φ, and of order one where they do not.
     """

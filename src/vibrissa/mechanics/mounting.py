@@ -1,6 +1,7 @@
 """How a rod is mounted: its clamp, its natural curvature, and the path of its stage.
 
 The paper's mounting is *ideal*: clamp upright and rigid, rod straight, stage along the surface.
+Other mountings may differ from it in four ways:
 
 - The clamp is inclined by β: without load φ(0) = π/2 + β.
 - The clamp yields to the moment of the rod: φ(0) grows by c·m(0).
@@ -152,8 +153,8 @@ def tail(
     Returns
     -------
     along, up, turn : ndarray, shape (n, points)
-        Position of the end relative to the beginning, along the tangent at the beginning and normal
-        to it (L), and difference between the slopes at both (rad).
+        Position of the end relative to the beginning (L), along the tangent at the beginning and
+        normal to this tangent; slope at the end minus slope at the beginning (rad).
     """
     integral = curvature / np.arange(1, curvature.shape[1] + 1)
     begin, length = start * polynomial(integral, start), stop - start

@@ -37,8 +37,9 @@ def solve(
     Parameters
     ----------
     tolerance : float
-        Size of a correction below which the iteration of a state ends: in rad for a slope, relative
-        to 1 + |fx| + |fy| for fx, fy and s_c. The error is then about a hundredth of it.
+        The iteration of a state ends when all its corrections are below `tolerance`. Corrections of
+        slopes are in rad. Those of fx, fy and s_c are divided by 1 + |fx| + |fy|. The remaining
+        error is at most about a hundredth of `tolerance`.
     iterations : int
         Largest number of corrections.
     """
@@ -88,7 +89,7 @@ def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArra
 
 
 def _size(unknowns: FloatArray, change: FloatArray) -> FloatArray:
-    """Largest change of a slope (rad), or of fx, fy or s_c over 1 + |fx| + |fy|."""
+    """Largest change of an unknown; changes of fx, fy and s_c are divided by 1 + |fx| + |fy|."""
     size = np.abs(change)
     force = 1.0 + np.abs(unknowns[:, -3]) + np.abs(unknowns[:, -2])
     return np.maximum(size[:, :-SCALARS].max(axis=1), size[:, -SCALARS:].max(axis=1) / force)
@@ -105,7 +106,7 @@ def coarse_inverse(states: RodStates, closing: ClosingCondition) -> FloatArray:
     Returns
     -------
     ndarray, shape (n, k + 3, k + 3)
-        Inverse Jacobians on k nodes, the number that `coarse_nodes` chooses; NaN if singular.
+        Inverse Jacobians on k nodes, where `coarse_nodes` chooses k; NaN where singular.
     """
     few = states.on_nodes(coarse_nodes(states.nodes))
     return _inverted(jacobian(few, closing))

@@ -26,7 +26,7 @@ class Rod:
 
     Examples
     --------
-    The paper's steel rod, under its force f = 10.86:
+    The force f = 10.86 on the paper's steel rod, in N:
 
     >>> rod = Rod(youngs_modulus=2.10e11, base_diameter=5e-3, length=0.1)
     >>> round(10.86 * rod.force_unit)

@@ -58,7 +58,7 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
         return np.concatenate([bend * (integral.T @ along), turn * along.sum(axis=0)[None]])
 
     def load_variation(u: FloatArray) -> FloatArray:
-        """Differentiate half the second variation without its elastic part with respect to u."""
+        """Return the derivative of half the second variation by u, without the elastic part."""
         psi = integral @ (bend * u[:-1]) + turn * u[-1]
         return transposed(load * psi) + held * touch * (touch * u).sum(axis=0)
 

@@ -27,8 +27,9 @@ class RodStates(Batch):
     rods : ndarray, shape (n, 3 + k)
         Properties of each rod (`vibrissa.mechanics.mounting.rod_columns`).
     unknowns : ndarray, shape (n, nodes + 3)
-        Slope φ (rad) at the Gauss nodes in τ between clamp and contact point, contact force on the
-        rod, fx = f·sin α and fy = −f·cos α (E·I0/L²), and arc length s_c of the contact point (L).
+        Slopes φ (rad) at the Gauss nodes in τ between clamp and contact point; contact force
+        fx = f·sin α and fy = −f·cos α (E·I0/L²) on the rod; arc length s_c of the contact
+        point (L).
     line : ndarray of bool, shape (n,)
         Whether the rod is in line contact and touches tangentially at s_c; otherwise only its tip
         touches.
@@ -60,7 +61,7 @@ class RodStates(Batch):
 
     @property
     def curvature(self) -> FloatArray:
-        """Coefficients of the natural curvature, shape (n, k); k = 0 where all are straight."""
+        """Coefficients of the natural curvature, shape (n, k); k = 0 if all rods are straight."""
         return self.rods[..., 3:]
 
     @property
@@ -75,7 +76,7 @@ class RodStates(Batch):
 
     @property
     def fy(self) -> FloatArray:
-        """Contact force normal to the surface (E·I0/L²), negative where it presses."""
+        """Contact force normal to the surface (E·I0/L²), negative where the rod presses on it."""
         return self.unknowns[..., -2]
 
     @property

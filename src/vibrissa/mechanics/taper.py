@@ -1,7 +1,7 @@
 """Geometry of the tapered rod: a truncated cone, clamped at its thick end.
 
 The *bending coordinate* ``tau`` runs from 0 at the clamp to 1 at the contact point, s = s_c, with
-ds/dτ ∝ d(s)², so that shapes are equally smooth everywhere in τ. At θ = 1 it is s/s_c.
+ds/dτ ∝ d(s)², so that shapes are equally smooth everywhere in τ. At θ = 1, τ = s/s_c.
 """
 
 from typing import TypeAlias
@@ -42,14 +42,14 @@ def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
 def bending_coordinate(s: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
     """Bending coordinate τ at the arc length s (L), from 0 at the clamp to 1 at s = s_c.
 
-    It is the inverse of s(τ) = θ·s_c·τ/h with h = θ − (θ − 1)·s_c·(1 − τ), which is proportional to
-    1/d(s(τ)).
+    It is the inverse of s(τ) = θ·s_c·τ/h. Here h = θ − (θ − 1)·s_c·(1 − τ), and h is
+    proportional to 1/d(s(τ)).
     """
     return np.asarray(s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s)))
 
 
 def arc_length(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
-    """Arc length s(τ) = θ·s_c·τ/h (L), the inverse of `bending_coordinate`, which defines h."""
+    """Arc length s(τ) = θ·s_c·τ/h (L), with h as in `bending_coordinate`, the inverse function."""
     return np.asarray(theta * s_c * tau / _inverse_diameter(tau, theta, s_c))
 
 
@@ -59,7 +59,7 @@ def arc_length_growth(tau: Floats, theta: Floats, s_c: Floats) -> FloatArray:
 
 
 def arc_density(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
-    """Differentiate `arc_length` with respect to τ (L); the result is proportional to d².
+    """Return the derivative ds/dτ of `arc_length`, in L; it is proportional to d².
 
     It is ds/dτ = θ·s_c·g/h² with g = θ − (θ − 1)·s_c, and h as in `bending_coordinate`.
     """
@@ -75,7 +75,7 @@ def densities(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> tuple[FloatArray
 
 
 def density_growth(tau: Floats, theta: Floats, s_c: Floats) -> tuple[FloatArray, FloatArray]:
-    """Differentiate the logarithms of both `densities` with respect to s_c at a fixed τ (1/L)."""
+    """Return ∂/∂s_c of the logarithms of both `densities` at a fixed τ, in 1/L."""
     h_growth = -(theta - 1.0) * (1.0 - tau) / _inverse_diameter(tau, theta, s_c)
     g_growth = -(theta - 1.0) / _inverse_diameter(0.0, theta, s_c)
     return 1.0 / s_c + g_growth - 2.0 * h_growth, 1.0 / s_c + 2.0 * h_growth - 3.0 * g_growth

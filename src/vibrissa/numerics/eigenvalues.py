@@ -78,7 +78,7 @@ def _smallest(diagonal: FloatArray, beside: FloatArray) -> FloatArray:
 
 
 def _orthogonal(vectors: FloatArray, units: FloatArray) -> FloatArray:
-    """Make vectors orthogonal to `units`, orthonormal vectors of shape (k, size, n)."""
+    """Make vectors orthogonal to `units`, which are orthonormal, with the shape (k, size, n)."""
     shares = np.einsum("kij,ij->kj", units, vectors)
     return np.asarray(vectors - np.einsum("kij,kj->ij", units, shares))
 

@@ -103,8 +103,8 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
 def first_fall(function: "BPoly") -> float:
     """Find where a piecewise polynomial first ceases to be positive; NaN if it stays positive.
 
-    The polynomial may jump to zero or below between two pieces. A zero at its beginning, from which
-    it rises, or a zero that it only touches does not count.
+    The polynomial may jump to zero or below between two pieces. A zero at its beginning does not
+    count if the polynomial rises from there. Nor does a zero at which its sign does not change.
     """
     degree = len(function.c) - 1
     for piece in np.flatnonzero(function.c.min(axis=0) <= 0.0):

@@ -1,4 +1,4 @@
-"""The statements of the paper, each judged by the tables of its study.
+"""The statements of the paper, each judged by the tables of a study that repeats the paper.
 
 `statements.toml` has their texts. A statement is judged by one function with the decorator
 `vibrissa.paper.ledger.judges`, in the module of its section.

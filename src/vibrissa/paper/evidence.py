@@ -1,4 +1,4 @@
-"""Evidence for the paper's statements: the tables of its study, in the form the claims need."""
+"""Evidence for the paper's statements, from the tables of a study that repeats the paper."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ FEWEST_SLIPS = 3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
-    """Tables of the paper's study.
+    """Parts of the tables of a study that repeats the paper, as the claims need them.
 
     Attributes
     ----------
@@ -64,8 +64,8 @@ class Evidence:
     def locking(self) -> pd.DataFrame:
         """Grid points of Figure 7 where the rod buckles laterally and trails until its tip slips.
 
-        The added column ``dragged`` is the distance that the clamp moves in each later period of
-        sticking, in which the rod trails from the beginning (L).
+        The added column ``dragged`` is the distance (L) that the clamp moves in each period of
+        sticking after the first one. In these periods the rod trails from the beginning.
         """
         rows = self.friction[self.friction["status"] == "lock"]
         return rows.assign(dragged=rows["x0_trail"] - 2.0 * rows["x0_end"])
@@ -109,9 +109,9 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     Raises
     ------
     TableError
-        If a row has a status that `SOURCES` does not allow, if Figure 7 has fewer than
-        `FEWEST_SLIPS` points below μ_lock or none above it, or if it has a point above it for which
-        the slip of the trailing rod is not known.
+        If a row has a status that `SOURCES` does not allow; if Figure 7 has fewer than
+        `FEWEST_SLIPS` points below μ_lock, or no point above μ_lock; or if the slip of the
+        trailing rod is not known at a point above μ_lock.
     """
     found = {}
     for key, (table, column, allowed) in SOURCES.items():
@@ -128,8 +128,7 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     if few or beyond.empty or beyond.isna().any():
         raise TableError(
             f"the paper's statements cannot be judged: the grid {names['friction']!r} needs at "
-            f"least {FEWEST_SLIPS} values of μ0 below μ_lock and one above it, and each must be at "
-            "most 3"
+            f"least {FEWEST_SLIPS} values of μ0 below μ_lock, one above it, and none above 3"
         )
     return Evidence(
         taper=found["taper"].sort_values(["mu0", "theta"], ignore_index=True),

@@ -1,4 +1,4 @@
-"""Functions by which several statements are judged."""
+"""Functions that the judgements of several statements share."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -104,7 +104,7 @@ def line_fit(x: FloatArray, y: FloatArray) -> Line:
 
 
 def neighbours(series: Sequence[Bending]) -> tuple[Bending, Bending]:
-    """Pair each rod with the next one of its series; return all first and all second rods."""
+    """Pair each rod with the next of its series; return the first and second rods of all pairs."""
     before = [rods.take(np.arange(len(rods) - 1)) for rods in series]
     after = [rods.take(np.arange(1, len(rods))) for rods in series]
     return Bending.concatenate(before), Bending.concatenate(after)

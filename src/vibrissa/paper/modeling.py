@@ -1,4 +1,4 @@
-"""Claims of the paper's abstract and of its Sections II and III, up to the model."""
+"""Claims of the paper's abstract and of its Sections II and III."""
 
 import math
 

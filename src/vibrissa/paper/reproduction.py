@@ -1,4 +1,4 @@
-"""Comparison of the paper's figures, as printed and described, with those of its study."""
+"""Comparison of the paper's figures, as printed and described, with a study that repeats them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -66,6 +66,6 @@ def reproduced(evidence: Evidence) -> list[Reproduced]:
 
 
 def _cycles(scan: pd.DataFrame, mu0: float) -> str:
-    """Format the numbers of rods and of cycles in the scans with one μ0."""
+    """Count rods and cycles in the scans with the friction coefficient `mu0`, as a text."""
     rows = scan[scan["mu0"] == mu0]
     return f"yes: {rows['theta'].nunique()} rods, {rows['cycle'].max()} cycles each"

@@ -281,7 +281,7 @@ def nonlinear_in_friction(evidence: Evidence) -> Finding:
         return judged(quantities, contradicted=True)
     at_the_end = "at the end" if abs(power - 0.5) <= 0.01 else "but not"
     reason = (
-        f"it gets steeper and steeper, {at_the_end} like a square root; above the lock sticking "
+        f"it gets steeper and steeper, {at_the_end} like a square root. Above μ_lock, sticking "
         "ends only after the rod has buckled laterally"
     )
     return judged(quantities, contradicted=False, reason=reason)
@@ -302,7 +302,7 @@ def periods_repeat(evidence: Evidence) -> Finding:
 
 
 def _seen_from_clamp(steps: pd.DataFrame) -> FloatArray:
-    """Load, slope and position of the tip, and shape, with the clamp at 0: a row for each step."""
+    """Return load, tip slope, tip position and shape with the clamp at 0, one row for each step."""
     clamp = steps["footpoint"].to_numpy()[:, None]
     state = steps[["f", "alpha", "reaction_m", "phi1"]].to_numpy()
     tip = steps[["x1"]].to_numpy() - clamp

@@ -1,6 +1,6 @@
 """Snakemake with this workflow: ``python -m vibrissa.pipeline`` takes the options of ``snakemake``.
 
-Ctrl-C, SIGTERM and a terminal that is closed also end its jobs.
+Ctrl-C, SIGTERM and the closing of the terminal end both Snakemake and its jobs.
 """
 
 import os

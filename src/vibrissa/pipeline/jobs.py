@@ -1,4 +1,4 @@
-"""The log of every job of the workflow, and one line if the job fails."""
+"""The log of every job of the workflow; if a job fails, its log has the reason."""
 
 import sys
 from collections.abc import Iterator

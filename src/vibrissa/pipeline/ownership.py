@@ -20,8 +20,8 @@ def check(results: Path, study_file: Path) -> None:
     Raises
     ------
     StudyError
-        If the folder belongs to another study file, which still exists and gives its study the
-        same name.
+        If the folder belongs to another study file that still exists, and if the study in that
+        file still has the name of the folder.
     """
     record = results / RECORD
     owner = Path(record.read_text(encoding="utf-8").strip()) if record.is_file() else study_file

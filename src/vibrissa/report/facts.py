@@ -29,8 +29,9 @@ LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "snakemake")
 def summary(found: Mapping[str, Readable]) -> dict[str, str]:
     """Count the results of each table by status, and find the largest residual.
 
-    The names of the returned texts are ``largest residual`` and, for each table, the number of its
-    results: under ``3 scans`` the text may be ``1 lock, 2 slip``.
+    Each returned text has a name. For a table, the name is the number of its results, such as
+    ``3 scans``, and the text has the counts by status, such as ``1 lock, 2 slip``. The text with
+    the name ``largest residual`` has the largest residual of all tables.
     """
     lines = sentence(counts_by_status(found)).splitlines()
     facts = dict(line.split(": ") for line in lines)
@@ -65,8 +66,9 @@ def troubles(found: Mapping[str, Readable]) -> list[str]:
 def claim_rows(claims: Readable) -> list[dict[str, Any]]:
     """Return the rows of the ledger as the page shows them.
 
-    Each row has, in addition, ``figures``, the numbers of the figures that the statement is about,
-    and ``anchor``, its HTML id. Its ``quantities`` are pairs of a name and a formatted value.
+    Each row has two more keys. ``figures`` has the numbers of the figures that the statement is
+    about. ``anchor`` is the HTML id of the statement. The ``quantities`` of a row are pairs of a
+    name and a formatted value.
     """
     figures = {claim.name: claim.texts["figures"] for claim in CLAIMS}
     rows = query.frame(claims, claims.schema.names).to_dict("records")

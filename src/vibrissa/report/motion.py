@@ -37,8 +37,8 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
     scans = _solved(found["scans"]) if "scans" in found else []
     offered = [scan for scan in scans if _is_repeatable(scan.iloc[0])][:MOST_SCANS]
     lost = len(scans) - len(offered)
-    why = f"the explorer shows at most {MOST_SCANS}, ideally mounted, within its fields' ranges"
-    note = f"Not offered: {counted(lost, 'scan')}; {why}." if lost else ""
+    why = f"it shows {MOST_SCANS} at most, in the ideal mounting, with values that its fields allow"
+    note = f"The explorer leaves out {counted(lost, 'scan')}: {why}." if lost else ""
     if not offered:
         return (*PAPER, *MOUNTED), note
     shared, most = _shared(found["scans"]), MOST_ROWS // len(offered)
@@ -60,7 +60,7 @@ def _solved(scans: Readable) -> list[pd.DataFrame]:
 
 
 def _shared(table: Readable) -> dict[str, float | str]:
-    """Values of the page's fields that all scans share."""
+    """Return the values of the explorer's fields that are the same for all scans."""
     study = yaml.safe_load((table.schema.metadata or {}).get(b"vibrissa.study", b"")) or {}
     kinds = {"contact": Contact.POINT.value, "section": RodSection.ROUND.value}
     chosen = {name: study.get(name, default) for name, default in kinds.items()}
@@ -87,7 +87,7 @@ def _preset(
 
 
 def _figure_of(scan: pd.Series, figures: Selections) -> str:
-    """Name the figure that selects a scan by the most keys, or else the scan's section."""
+    """Name the figure that selects a scan by the most keys, or else its set of scans."""
     showing = {
         name: len(selection)
         for name, selection in figures.items()

@@ -12,14 +12,14 @@ GREEK = {"theta": "θ", "eta": "η", "mu": "μ", "alpha": "α", "phi": "φ"}
 
 
 def symbol(column: str) -> str:
-    """Return the name of a table's column with Greek letters."""
+    """Return a column's name with Greek letters, such as ``θ`` for ``theta``."""
     for name, letter in GREEK.items():
         column = column.replace(name, letter)
     return column
 
 
 def spell(value: Any, digits: int = 5) -> str:
-    """Format a value of a table with a true minus sign; a missing value is a dash."""
+    """Format a table's value, with a true minus sign; a missing value becomes a dash."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "–"
     if isinstance(value, str):

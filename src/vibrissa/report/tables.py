@@ -92,7 +92,7 @@ def sections(found: Mapping[str, Readable]) -> list[Section]:
 
 
 def _scans(table: Readable, columns: Sequence[str]) -> pd.DataFrame:
-    """Return the number of cycles, largest x0 and range of the loads on the clamp of each scan."""
+    """Return a row for each scan: number of cycles, largest x0, and range of each load."""
     rows = query.frame(table, columns)
     loads = {name: _range for name in REACTIONS}
     kept = {"status": "first", "cycle": "max", "x0": "max", **loads}
@@ -118,7 +118,7 @@ def _section(
 
 
 def _column(table: Readable, name: str, values: Iterable[Any]) -> Column:
-    """Make a column with the unit and the description in the table's schema."""
+    """Make a column; its unit and its description come from the table's schema."""
     about = table.schema.field(name).metadata
     digits = 2 if name == "residual" else 5
     named = figure_name if name in ("grid", "scan", "state", "comparison") else str

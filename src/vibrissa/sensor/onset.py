@@ -19,7 +19,7 @@ STATES = 17
 
 
 def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bending:
-    """Measure the bending, such as the largest strain, in the states at `x0` on each curve (L).
+    """Measure the bending on each curve, at its own displacements in `x0` (L).
 
     All curves have the same mounting. Rows of the result are ordered by curve, then as in `x0`.
     """
@@ -35,7 +35,7 @@ def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bend
 
 
 def largest_strain(curve: StickingCurve, end: float) -> Bending:
-    """Find the largest strain in a period of sticking, from α = 0 to the displacement `end` (L)."""
+    """Find the state of largest strain from α = 0 to x0 = `end` (L); return its bending."""
     found = strains_in([curve], [np.linspace(0.0, end, STATES)])
     return found.take(np.atleast_1d(found.strain.argmax()))
 
@@ -58,7 +58,7 @@ class WhiskerOnset(Tabular):
     whisker: Whisker
 
     def __repr__(self) -> str:
-        """Print a line for each quantity, in SI units if the rod has them."""
+        """Return a line for each known quantity, in the user's units."""
         onset, units = self.onset, self.whisker.units
         lines = {
             "status": onset.status.value,
@@ -109,7 +109,7 @@ class WhiskerOnset(Tabular):
 
 
 def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> WhiskerOnset:
-    """Solve for the end of one period of sticking; prints in SI units if the rod has them.
+    """Solve for the end of one period of sticking; the result prints in the user's units.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
     Returns
     -------
     WhiskerOnset
-        Self-locking is a result, with the status ``lock``.
+        If the tip is self-locking, this is no error: the status of `onset` is ``lock``.
 
     Raises
     ------

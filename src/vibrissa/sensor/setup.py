@@ -97,7 +97,7 @@ class Setup(Keyed):
             return value
         allowed = isinstance(value, str | Real | Decimal) and not isinstance(value, bool)
         if not allowed:
-            raise ArgumentError(f"{name} is a number or a text in quotes, got {value!r}")
+            raise ArgumentError(f"{name} must be a number or a text in quotes, got {value!r}")
         measured = Measured.read(value)
         measured.check(kind, name)
         return measured

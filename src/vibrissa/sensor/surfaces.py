@@ -133,10 +133,12 @@ def _increasing(
     """Convert positions and friction to arrays; refuse positions that do not increase."""
     at, values = np.asarray(x, dtype=float), np.asarray(mu0, dtype=float)
     if len(at) < least or len(at) != len(values):
-        raise ArgumentError(f"{name} must have a mu0 for each position, and at least {least}")
+        raise ArgumentError(f"{name} must have at least {least} positions, and a mu0 for each")
     falls = np.flatnonzero(~(np.diff(at) > 0.0))
     if len(falls):
-        raise ArgumentError(f"positions of {name} must increase: number {falls[0] + 2} does not")
+        raise ArgumentError(
+            f"positions of {name} must increase: number {falls[0] + 2} is not above the one before"
+        )
     return at, values
 
 

@@ -28,7 +28,9 @@ def _in_si(text: Any, info: ValidationInfo) -> Any:
 
 
 class Transducer(Card):
-    """A force-torque transducer, with values for force_x (N), force_y (N) and moment_z (N·m).
+    """A force-torque transducer.
+
+    Each attribute below has three values: for force_x (N), force_y (N) and moment_z (N·m).
 
     Attributes
     ----------
@@ -83,7 +85,7 @@ class Transducer(Card):
 
 
 def transducer_of(given: Transducer | str, units: Units) -> Transducer:
-    """Return the given transducer, or the preset of this name; refuse nondimensional units."""
+    """Return `given`, or the transducer that it names; refuse nondimensional units."""
     if units.nondimensional:
         raise ArgumentError("with a transducer, give modulus, diameter and length of the rod")
     return preset(given) if isinstance(given, str) else given

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class Whisker:
     """A rod, the height of the surface above its clamp, and how it may touch the surface.
 
-    Its response is solved once, when it is first used; SciPy is imported only then.
+    The first use of `response` solves it and imports SciPy; later uses do not solve it again.
 
     Attributes
     ----------

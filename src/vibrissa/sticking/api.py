@@ -500,8 +500,8 @@ def friction_from_travel(
     rises = travel <= SAME or (low > 0.0 and curve.onset(low) > travel - SAME)
     if not (rises and high > low):
         raise ArgumentError(
-            "the friction does not follow from the travel: in this mounting -tan alpha falls up to "
-            f"x0_max = {x0_max}, or in the next step"
+            "the travel does not determine the friction: in this mounting -tan alpha falls before "
+            f"x0_max = {x0_max}, or in the step after it"
         )
     return FrictionRange(float(low), curve.mu_lock if after == curve.x0_lock else float(high))
 

@@ -23,7 +23,7 @@ LIFTS_AFTER = (
 )
 NOT_IN_PLANE = (
     "the rod leaves its plane already at alpha = 0; try section: planar, a smaller eta, or a "
-    "curvature that is less towards the surface"
+    "curvature that bends the rod less towards the surface"
 )
 # Forces below this are rounding errors (E·I0/L²).
 ROUNDING = 1e-9
@@ -66,8 +66,8 @@ def assembled_curves(
     Parameters
     ----------
     followed : sequence of StickingCurve
-        At least one curve. The pieces of a curve reach from x0 = 0 to beyond its end. If no earlier
-        end is found, the curve keeps its `end`.
+        At least one curve. Its pieces begin at x0 = 0 and reach to where the solver stopped. If no
+        end is found on the pieces, the curve keeps its `end`.
     limits : sequence of ShapeLimits
         For each curve the limits of its pieces.
 
@@ -87,7 +87,7 @@ def assembled_curves(
 
 
 def _rows(curves: Sequence[StickingCurve]) -> list[slice]:
-    """Slices of the pieces of each curve in the joined pieces."""
+    """Return for each curve the slice of its pieces in the joined pieces of all curves."""
     bounds = np.cumsum([0, *(len(curve.pieces) for curve in curves)]).tolist()
     return [slice(start, stop) for start, stop in pairwise(bounds)]
 
@@ -154,7 +154,7 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
 
 
 def _pushed_forward_again(pieces: Pieces, stop: FloatArray) -> FloatArray:
-    """Parameter values below `stop` where fx falls through 0 for the last time, else NaN.
+    """Parameter values where fx falls through 0 for the last time before `stop`; NaN if nowhere.
 
     Before them the tip is pushed back.
     """
@@ -195,7 +195,7 @@ def _extremes(pieces: Pieces) -> _Extremes:
 
 
 def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
-    """Displacement (L) of the largest −tan α on a curve, and its value, infinite at lift-off."""
+    """x0 (L) at which −tan α is largest on a curve, and −tan α there (infinite at lift-off)."""
     pieces = curve.pieces
     if not pieces:
         return np.nan, -np.inf

@@ -1,6 +1,7 @@
-"""The sticking curve: all states of one rod at one height, from α = 0 to the end of sticking.
+"""The sticking curve: all states of one rod at one height, from α = 0 to the end of its path.
 
-Friction enters afterwards: μ0 decides where on the curve sticking ends (the onset, −tan α = μ0).
+The curve does not depend on friction. μ0 decides where on the curve sticking ends: at the onset,
+where −tan α = μ0.
 """
 
 from dataclasses import dataclass, field
@@ -53,8 +54,9 @@ class StickingCurve:
         Largest equilibrium residual at points between the solved states. By shooting: largest
         distance of the tip from the contact point (L).
     x0_lock, mu_lock : float
-        Displacement (L) at which −tan α is largest, and −tan α there; it is infinite if fy vanishes
-        before a maximum. If fy vanishes after α has become positive, both are those of the maximum.
+        Displacement (L) at which −tan α is largest, and −tan α there. If fy vanishes before −tan α
+        has a maximum, `mu_lock` is infinite. If fy vanishes after α has become positive, both
+        values are those at the maximum.
     x0_touch : float
         Smallest displacement (L) at which φ1 = 0; NaN if there is none before the lock, 0 if the
         rod lies on the surface at α = 0 already.

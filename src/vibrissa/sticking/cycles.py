@@ -61,7 +61,7 @@ class Scan:
         Positions (L) and slopes (rad) of the shapes; x is relative to the surface. They are
         integrated from the clamp, and lose accuracy for θ above about 20: see `residual`.
     residual : ndarray, shape (n,)
-        Distance between the integrated shape's end and the contact point (L).
+        Distance between the end of the integrated shape and the point `x1` of the surface (L).
     message : str
         Why there are fewer cycles than requested; else empty.
     """

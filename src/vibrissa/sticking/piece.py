@@ -45,7 +45,7 @@ class StickingState(ContactState):
     Attributes
     ----------
     x0 : ndarray or float
-        Footpoint displacement since the α = 0 state (L).
+        Displacement of the clamp since the α = 0 state (L).
     """
 
     x0: Values
@@ -121,7 +121,7 @@ class Pieces(Batch):
         return values.T.reshape(len(orders), len(names), len(t))
 
     def _sampled(self, order: int) -> StickingState:
-        """Sample derivatives of the states at `sample_places`."""
+        """Differentiate the states at `sample_places`; `order` 0 returns the states themselves."""
         sampled = self._coefficients[order] @ POLYNOMIALS.T
         return StickingState.from_matrix(np.moveaxis(sampled, 1, -1))
 

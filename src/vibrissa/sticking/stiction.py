@@ -73,9 +73,9 @@ def read_curves(
 ) -> Stiction:
     """Find periods of sticking on curves.
 
-    `mu0` has an array of friction coefficients for each curve, and `dx0` an equally long sequence
-    of exact steps Δx0 (L): each pair of μ0 and Δx0 gives one period. No period depends on others,
-    not even by rounding.
+    For each curve, `mu0` has an array of friction coefficients, and `dx0` as many exact steps Δx0
+    (L). The n-th μ0 and the n-th Δx0 give one period. No period depends on others, not even by
+    rounding.
     """
     together = CurveArray(curves=tuple(curves))
     of = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])

@@ -1,4 +1,4 @@
-"""Chunks: the parts of a grid that one job solves, and that one file holds.
+"""Chunks of a grid: one job solves one chunk, and one file holds its rows.
 
 Axes are cut from their first value on, so that values appended to an axis change no full chunk.
 """
@@ -26,7 +26,7 @@ ROD, ROD_BY_STEP, POINT, START = 0.3, 120.0, 15e-6, 300.0
 
 @dataclass(frozen=True, kw_only=True)
 class Chunk:
-    """Part of a grid: a product of consecutive values of its axes."""
+    """Part of a grid: all combinations of some consecutive values of each axis."""
 
     grid: str
     axes: Mapping[str, Values]
@@ -52,7 +52,7 @@ class Chunk:
 
 
 def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -> Iterator[Chunk]:
-    """Cut a grid into chunks of at most `sizes` values of each axis, by default all values."""
+    """Cut a grid into chunks of at most `sizes[axis]` values; other axes are not cut."""
     pieces = [
         [values[i : i + size] for i in range(0, len(values), size)]
         for axis, values in axes.items()
@@ -80,8 +80,9 @@ def number_of_points(axes: Mapping[str, Values]) -> int:
 def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
     """Return the columns of the axes for some rows of a chunk.
 
-    `rows` are their numbers; rows are ordered by the axes `ROW_ORDER`. The constant of a polynomial
-    curvature is in the column ``curvature``, the other coefficients are in ``curvature_powers``.
+    `rows` are the numbers of these rows. The rows of a chunk are ordered by the axes `ROW_ORDER`.
+    The constant of a polynomial curvature is in the column ``curvature``, the other coefficients
+    are in ``curvature_powers``.
     """
     shape = [len(axes[axis]) for axis in ROW_ORDER]
     places = dict(zip(ROW_ORDER, np.unravel_index(rows, shape), strict=True))

@@ -44,7 +44,7 @@ class ComparisonSection(_Points):
 
 
 class GridSection(_Points):
-    """Points at which a period of sticking is solved: all combinations of their axes."""
+    """Points at which a period of sticking is solved: all combinations of values of the axes."""
 
     dx0: Annotated[Values, AXES["dx0"]]
     clamp_angle: Annotated[Values, AXES["clamp_angle"]] = (0.0,)
@@ -111,7 +111,7 @@ class Study(Section):
     )
     strict: bool = Field(
         default=False,
-        description="whether a point without a result (status failed) ends the run with an error",
+        description="whether a point with the status failed ends the run with an error",
     )
     chunk: dict[Literal[tuple(SIZES)], Count] = Field(  # type: ignore[valid-type]
         default={},
@@ -145,7 +145,8 @@ class Study(Section):
         "are judged",
     )
     figures: dict[Name, Figure] = Field(
-        default={}, description="named figures, each drawn from one grid, scan, state or comparison"
+        default={},
+        description="named figures, each drawn from one grid, scan or comparison, or from states",
     )
     # The study file: its values (`written`), its `text` and its `folder`.
     _context: dict[str, Any] = PrivateAttr(default={})
@@ -174,10 +175,10 @@ class Study(Section):
         return self
 
     def _check_solution(self, mistakes: Mistakes) -> None:
-        """Find too many points, and settings that shooting cannot solve."""
+        """Find a number of points above `max_points`, and settings that shooting cannot solve."""
         points = sum(number_of_points(grid.axes) for grid in self.grids.values())
         if points > self.max_points:
-            most = f"{points:,} points are not allowed; max_points allows {self.max_points:,}"
+            most = f"the study has {points:,} points, but max_points allows {self.max_points:,}"
             mistakes.add(most, "grids")
         if self.method is Solver.SHOOTING:
             axes = [grid.axes for grid in (*self.grids.values(), *self.scans.values())]

@@ -47,7 +47,7 @@ def points_table(
     curves: Sequence[StickingCurve],
     study: str,
 ) -> pa.Table:
-    """Read points off the equilibrium paths; `rows` are their row numbers in the chunk."""
+    """Read points off equilibrium paths; `rows` are the row numbers of the points in the chunk."""
     keys = columns_at(axes, rows)
     index = np.repeat(np.arange(len(curves)), len(rows) // len(curves))
     mu0 = keys["mu0"].reshape(len(curves), -1)

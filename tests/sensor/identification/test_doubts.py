@@ -49,7 +49,7 @@ def test_a_reading_that_stands_still_is_doubted(response):
     readings[stop - 30 : stop] = readings[stop - 30]
     periods = identified(clamp, readings).periods
     (doubt,) = [text for text in periods.doubt if text]
-    assert "does not fit a sticking tip" in doubt
+    assert "does not fit a tip that sticks" in doubt
     assert periods.grade.tolist() == ["wrong" if text else "" for text in periods.doubt]
     assert periods.doubt[2] == doubt
     (note,) = [note for note in periods.notes if "does not fit" in note]

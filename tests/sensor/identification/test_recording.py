@@ -41,7 +41,7 @@ def test_a_note_names_a_few_stretches_of_lines():
 
 
 def test_a_file_with_another_ending_is_for_import(tmp_path):
-    with pytest.raises(RecordingError, match=r"must be \.csv or \.parquet\. If titles or layout"):
+    with pytest.raises(RecordingError, match=r"\.csv or \.parquet\. If the file has other"):
         table_of(tmp_path / "lab.txt", Method.MODEL)
 
 
@@ -56,7 +56,7 @@ def test_a_file_with_another_ending_is_for_import(tmp_path):
 )
 def test_a_table_of_another_program_is_for_import(tmp_path, text):
     (tmp_path / "a.csv").write_text(text, encoding="latin-1")
-    with pytest.raises(RecordingError, match=r"\. If titles or layout"):
+    with pytest.raises(RecordingError, match=r"\. If the file has other titles"):
         read(tmp_path / "a.csv")
     with pytest.raises(RecordingError) as raised:
         read(table().drop(columns=["force_x [N]", "moment_z [N*m]"]))
@@ -92,7 +92,9 @@ def test_what_is_missing_or_saturated_matters_where_it_is_used(method, channel, 
             assert found.notes == (f"{why} in 1 row, left out: line 8",)
             assert 8 not in found.line
         else:
-            assert found.notes == ("moment_z is missing or saturated in 1 row: it is not used",)
+            assert found.notes == (
+                "moment_z is missing or saturated in 1 row: the channel is not used",
+            )
             assert np.isnan(found.readings[:, number]).all()
     # Without a transducer there is no limit.
     frame.loc[7, channel] = -limit

@@ -79,10 +79,15 @@ def test_noise_averages_out_by_the_weights_of_a_weighted_mean():
 @pytest.mark.parametrize(
     ("status", "low", "grade", "said"),
     [
-        (["open"], [0.23456], [""], ["no slip was recorded", "mu0 is at least 0.235 at one"]),
-        (["open", "open"], [0.2, np.nan], ["", ""], ["no slip was recorded", "at least 0.2 at"]),
-        (["open", "lock"], [0.1, 0.47], ["", ""], ["mu0 is at least 0.47 at one place or more"]),
-        (["unsure", "open"], [0.3, 0.2], ["wrong", ""], ["mu0 is at least 0.2 at"]),
+        (["open"], [0.23456], [""], ["no slip was recorded", "mu0 is at least 0.235: see"]),
+        (["open", "open"], [0.2, np.nan], ["", ""], ["no slip was recorded", "at least 0.2: see"]),
+        (
+            ["open", "lock"],
+            [0.1, 0.47],
+            ["", ""],
+            ["mu0 is at least 0.47: see"],
+        ),
+        (["unsure", "open"], [0.3, 0.2], ["wrong", ""], ["mu0 is at least 0.2: see"]),
         (["beyond"], [np.nan], [""], []),
     ],
 )

@@ -44,7 +44,8 @@ class Changes(NamedTuple):
     Attributes
     ----------
     readings : ndarray, shape (k, n, c)
-        Derivatives of the readings, in their standard deviations, while u is fitted anew.
+        Derivatives of the readings, divided by the standard deviations of the readings. u is
+        fitted anew for each change of a parameter.
     u : ndarray, shape (p, k)
         Derivatives of the fitted u.
     friction : ndarray, shape (p, k)
@@ -86,7 +87,7 @@ class Fit:
         return self.set_up.p
 
     def _weighted(self, values: FloatArray, slope: FloatArray) -> FloatArray:
-        """Values of n blocks, (..., n, 3), in standard deviations, for c channels, (..., n, c)."""
+        """Divide values (..., n, 3) of n blocks by the noise; return c channels, (..., n, c)."""
         position = self.task.recording.position
         scaled = self.task.weighted(values) * np.sqrt(self.task.blocks.count)[:, None]
         if not position:
@@ -201,9 +202,9 @@ class Fit:
 
     @cached_property
     def heights_of_tips(self) -> tuple[FloatArray, FloatArray]:
-        """Height of the surface at each tip above the plane of the set-up (L), and its variance.
+        """Estimated height of the surface at each contact point (L); variance of the estimate.
 
-        Both have the shape (p,).
+        The height is counted from the plane surface of the set-up. Both have the shape (p,).
         """
         blocks, change = self.task.blocks, self.by_setup.readings[self.task.number["eta"]]
         known = np.maximum(blocks.sums((change**2).sum(axis=1)), 1.0)
@@ -211,7 +212,7 @@ class Fit:
 
     @cached_property
     def misfits(self) -> FloatArray:
-        """Squared residuals of each period, less what the height of its tip explains, (p,)."""
+        """`squares`, less what the height of the surface in each period explains, shape (p,)."""
         if not self.task.slope.deviation:
             return self.squares
         height, variance = self.heights_of_tips
@@ -219,9 +220,10 @@ class Fit:
 
     @cached_property
     def unevenness(self) -> tuple[float, int]:
-        """χ² of the heights of tips, given the allowed slope, and the number of these tips.
+        """χ² of the surface's heights, for the allowed slope, and the number of these heights.
 
-        The tips are those of fitted periods, evenly selected if there are more than `MOST_HEIGHTS`.
+        These are the heights at the contact points of fitted periods. If there are more
+        than `MOST_HEIGHTS`, evenly spaced ones are selected.
         """
         if not self.task.slope.deviation:
             return 0.0, 0
@@ -233,7 +235,7 @@ class Fit:
 
     @property
     def misfit(self) -> float:
-        """Sum of χ² of the fitted periods, χ² of the heights of their tips, and Σ (p/σ)²."""
+        """Sum of `misfits` of the fitted periods, χ² of the surface's heights, and Σ (p/σ)²."""
         heights, _ = self.unevenness
         return float(self.misfits[self.kept].sum() + heights + (self.scores**2).sum())
 

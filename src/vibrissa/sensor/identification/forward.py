@@ -41,7 +41,7 @@ KEPT = 8
 
 
 def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
-    """Return the whisker `given`, changed by the deviations `size`, which are named by parameter.
+    """Return the whisker `given` after a change; `size` maps parameter names to deviations.
 
     The height of the result is in units of its own length.
     """
@@ -61,7 +61,7 @@ def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
 
 
 def scale_of(size: Mapping[str, float]) -> float:
-    """Ratio of true travel of the clamp, in lengths of the rod, to recorded travel."""
+    """Return true travel in true lengths of the rod, over recorded travel in given lengths."""
     return (1.0 + size["stage_scale"]) / (1.0 + size["length"])
 
 
@@ -100,7 +100,7 @@ def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
 
 @lru_cache(KEPT)
 def _kept_responses(rods: tuple[Whisker, ...]) -> list[Response]:
-    """Solve responses; the last ones are kept, as recordings of one set-up need the same."""
+    """Solve the responses of rods; keep the last ones for other recordings of the same set-up."""
     return responses(rods, partly=True)
 
 
@@ -121,7 +121,7 @@ class SetUp:
     """A set-up that deviates from the given one by p, and its rod at all heights of the stage.
 
     The argument `u` of its methods is x0 in the last sample of each period (L). In shapes, k
-    counts parameters, n blocks of samples and p periods.
+    is the number of parameters, n that of blocks of samples, and p that of periods.
     """
 
     task: Task
@@ -220,12 +220,12 @@ def _all_landmarks(branch: Response) -> FloatArray:
 
 
 def _without_lock(branch: Response) -> FloatArray:
-    """Where a kink passes the lock, only the kink matters: at a lock the reactions are smooth."""
+    """Return all landmarks but the lock: kinks may pass it, and reactions are smooth there."""
     return np.unique([branch.x0_pull, 0.0, *branch.kinks, branch.x0_end])
 
 
 def _up_to_lock(branch: Response) -> FloatArray:
-    """Kinks past the lock may appear and vanish with the height."""
+    """Return landmarks without kinks past the lock, which may exist at some heights only."""
     bounds = branch.bounds
     return bounds[(bounds <= branch.x0_lock) | (bounds == branch.x0_end)]
 

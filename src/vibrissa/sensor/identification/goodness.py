@@ -1,7 +1,7 @@
 """Whether a recording fits the given set-up within its tolerances, and if not, likely causes.
 
-Let the fit change a parameter with the tolerance σ by p ± s. If the tolerance were infinite, the
-minimised sum would be lower by (p/σ)²/(1 − s²/σ²), to first order. The square root of this
+A parameter has the tolerance σ, and the fit changes it by p ± s. If the tolerance were infinite,
+the minimised sum would be lower by (p/σ)²/(1 − s²/σ²), to first order. The square root of this
 difference is the surprise of the parameter.
 """
 
@@ -47,14 +47,14 @@ class Estimate:
 
     @property
     def surprise(self) -> float:
-        """Distance of the parameter from its given value, in standard deviations."""
+        """Surprise, see this module; 0 if the recording hardly determines the parameter."""
         tolerance = self.parameter.deviation
         known = 1.0 - (self.deviation / tolerance) ** 2
         return float(abs(self.size) / tolerance / np.sqrt(known)) if known > LITTLE else 0.0
 
     @property
     def far(self) -> bool:
-        """Whether the surprise exceeds `FAR`; always false for a half wave, a part of a drift."""
+        """Whether the surprise exceeds `FAR`; false for half waves, which are parts of a drift."""
         return not self.parameter.wave and self.surprise > FAR
 
     def spelled(self, units: Units) -> str:
@@ -116,7 +116,7 @@ class Goodness:
 
     @property
     def ratio(self) -> float:
-        """χ² per degree of freedom, 1 if the recording fits; NaN without degrees."""
+        """χ² per degree of freedom: about 1 if the recording fits; NaN without such degrees."""
         return self.chi2 / self.degrees if self.degrees > 0 else np.nan
 
     @property

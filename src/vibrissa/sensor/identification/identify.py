@@ -71,7 +71,7 @@ def identify(
     slip_time : str, optional
         Duration of a slip, ``"10 ms"``; its samples are left out.
     delay : str, optional
-        Delay of the readings, as of a low-pass filter: ``"4 ms"``.
+        Delay of the readings, such as that of a low-pass filter: ``"4 ms"``.
 
     Returns
     -------

@@ -31,7 +31,9 @@ Nearest = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def nearest_states(task: Task, whisker: Whisker) -> Nearest:
-    """Tabulate the states of the rod at the mean of its least and largest height on the stage.
+    """Return a function that finds the states of the rod nearest to readings, in a table.
+
+    The table is made at one height, the mean of the least and the largest height on the stage.
 
     Raises
     ------

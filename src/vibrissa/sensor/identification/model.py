@@ -86,7 +86,7 @@ def _check_states(fit: Fit) -> None:
 
 
 def _checks(fit: Fit, periods: Periods) -> list[Check]:
-    """Check that each period fits a sticking tip, and that the tip slips as the clamp moves."""
+    """Check that each period fits a sticking tip, and that slips have the clamp's direction."""
     worst = fit.task.blocks.sums(fit.residuals**2).argmax(axis=1)
     contact = fit.set_up.contact(fit.u)
     own = np.hypot(fit.known**-0.5, fit.task.recording.position)
@@ -94,7 +94,7 @@ def _checks(fit: Fit, periods: Periods) -> list[Check]:
     stays = way < CERTAIN * np.hypot(own[1:], own[:-1])
     against = np.append(stays & ~fit.task.spans.passes[:-1], False)
     against |= periods.status == PeriodStatus.BEYOND
-    why = "does not fit a sticking tip; if slips are slow, state --slip-time"
+    why = "does not fit a tip that sticks; if slips are slow, state --slip-time"
     return [
         *(
             Check(Grade.WRONG, ~fit.fits_alone & (worst == number), f"{CHANNELS[channel]} {why}")
@@ -147,7 +147,7 @@ def _own(fit: Fit) -> FloatArray:
 
 
 def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Change of μ0 due to the height of each tip, and the standard deviation of this change."""
+    """Change of μ0 due to the surface's height at each tip; standard deviation of this change."""
     if not (fit.task.slope.deviation and fit.settled):
         return np.zeros(len(fit.u)), np.zeros(len(fit.u))
     height, variance = fit.heights_of_tips
@@ -157,9 +157,10 @@ def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _least(fit: Fit, own: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Least friction that the tip needed to stick in each period; whether it stuck past the lock.
+    """Lower bound of μ0 in each period, and whether the tip stuck past the lock.
 
-    The friction is NaN if a sample of the period fits no state of the rod.
+    The bound is the largest friction that the tip needed to stick. It is NaN if a sample of the
+    period fits no state of the rod.
     """
     blocks = fit.task.blocks
     states, x0 = fit.set_up.states(fit.u)

@@ -78,8 +78,8 @@ class PeriodStatus(StrEnum):
         There are too few samples, or too small a normal force, for the ratio of the forces: only
         `low` is known.
     BEYOND
-        The period seems to end where the tip cannot slip, or it is too long to be a single one:
-        noise has hidden slips. μ0 is not known.
+        The period seems to end where the tip cannot slip, or it is so long that it must contain
+        slips, hidden by noise. μ0 is not known.
     """
 
     SLIP = "slip"
@@ -191,7 +191,7 @@ class Periods(Batch):
         return replace(self, checks=(*self.checks, *checks))
 
     def ended(self, status: StrArray, least: FloatArray) -> "Periods":
-        """Return a copy with these statuses; without a slip at most a lower bound of μ0 is kept.
+        """Return a copy with these statuses; periods without a slip have only a bound of μ0.
 
         Parameters
         ----------
@@ -283,7 +283,7 @@ def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
     before = np.append(few[1:-1], [False, False])[: len(few)]
     finer = f"fewer than {FEW} samples in a period: sample more finely"
     jumped = "samples are missing at a period's end, or the clamp jumped or turned (measure again)"
-    spike = "too few samples: a spike, or a rest to be cut off (import --from, --to)"
+    spike = "too few samples: a spike, or the clamp rests (cut that off by import --from, --to)"
     return [
         Check(Grade.DOUBTFUL, (lost | turned) & ~spans.passes, jumped),
         # Where most periods have few samples only a finer recording helps.

@@ -1,10 +1,10 @@
 """Friction without a rod: the ratio of the forces at the onset of slip, μ0 = |fx/fy|.
 
 A polynomial is fitted to each force over the last samples of a period, and evaluated at the onset.
-All periods have the same degree, the one with the least error. In each period μ0 changes with the
-next degree; the variance of this change is the difference of the two variances (Hausman). The mean
-change is added to μ0. The scatter of the changes beyond noise is an error of each period
-(DerSimonian and Laird).
+The degree is the same in all periods: the one with the least error of μ0. In each period the
+next higher degree gives another μ0. The variance of this change is the difference of the
+variances of both values of μ0 (Hausman). The mean change over the periods is added to each μ0.
+The scatter of the changes beyond noise is an error of each period (DerSimonian and Laird).
 """
 
 from collections.abc import Sequence
@@ -62,7 +62,7 @@ MOST_LOCK = 0.5
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Onsets:
-    """Ratio of the forces at the end of p periods, from polynomials of one degree fitted to them.
+    """Ratio of the forces at the end of p periods, by polynomials of the same degree in all.
 
     Attributes
     ----------
@@ -79,9 +79,9 @@ class Onsets:
     chance : ndarray, shape (p,)
         Probability of residuals at least as large as these, if the forces are such polynomials.
     change, between, shared : float
-        Mean over the periods of the change of μ0 from this degree to the next; variance of the
-        change from period to period, beyond noise; standard deviation of the mean, which includes
-        the effect of all further degrees.
+        `change` is the mean over the periods of the change of μ0 from this degree to the next.
+        `between` is the variance of this change among the periods, beyond noise. `shared` is the
+        standard deviation of the mean; it includes the effect of all further degrees.
     """
 
     coefficients: FloatArray
@@ -125,14 +125,14 @@ class Onsets:
 
 
 def deviation_of(ratio: FloatArray, fy: FloatArray, noise: FloatArray) -> FloatArray:
-    """Propagate the noise of one sample, of fx and fy, to the ratio of the forces."""
+    """Return the standard deviation of the ratio of one fx to one fy, due to their noise."""
     return np.asarray(np.hypot(noise[0], ratio * noise[1]) / np.abs(fy))
 
 
 def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
     """Select the blocks in a window at the end of each period.
 
-    The window is as long as the travel in the period, or the median travel if that is shorter.
+    The window is as long as the travel in the period, but not longer than the median travel.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
 
 
 def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: int) -> Onsets:
-    """Fit polynomials of one degree to both forces in each window, by least squares."""
+    """Fit polynomials of a given degree to both forces in each window, by least squares."""
     root = np.sqrt(window.count)[:, None]
     basis = legvander(1.0 + 2.0 * window.clamp, degree) * root
     values = window.readings * root
@@ -189,8 +189,8 @@ def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: i
 def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
     """Estimate the ratio of the forces at each onset of slip, and its standard deviation, (p,).
 
-    To the ratio by polynomials of one degree, its mean change to the next degree is added. The
-    degree is used for which this corrected ratio has the least error.
+    Polynomials of a degree n give a ratio. The mean change of the ratio from degree n to n + 1
+    is added to it. The degree n with the least error of this sum is used.
     """
     ends, position = task.ends, task.recording.position
     gap = np.where(task.spans.cut, 0.0, ends.gap)
@@ -212,7 +212,7 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
 
 
 def _corrected(low: Onsets, high: Onsets) -> Onsets:
-    """Add to μ0 by one degree its mean change by the next degree, in the middle of the step."""
+    """Add to μ0 by `low` the mean change to μ0 by `high`, both in the middle of the step."""
     change, variance = (high.along - low.along)[:, 1], high.own**2 - low.own**2
     told = (variance > 0.0) & (high.chance > UNLIKELY)
     if not told.any():
@@ -305,7 +305,7 @@ def _check_axes(forces: FloatArray, status: StrArray) -> None:
 
 
 def _statuses(onsets: Onsets, task: Task) -> tuple[StrArray, FloatArray]:
-    """Status of each period, and the least friction with which its tip stuck."""
+    """Status of each period, and a lower bound of its μ0."""
     spans, noise = task.spans, task.noise[FORCES]
     ratio, deviation = onsets.ratio(PLACES)
     # Without enough samples for a polynomial, the last sample alone gives a ratio.

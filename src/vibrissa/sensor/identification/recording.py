@@ -27,7 +27,7 @@ from vibrissa.wording import counted
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-IMPORT = "If titles or layout of the file differ, convert it by the command vibrissa import"
+IMPORT = "If the file has other titles or another layout, convert it with vibrissa import"
 # Least number of samples of a recording: a period and a slip.
 FEWEST_SAMPLES = 3
 # Samples over which positions and speeds of the clamp are averaged.
@@ -193,8 +193,8 @@ def _used(
     if not suffices(used):
         used = [MOMENT] if MOMENT in there and part[MOMENT] < part[FORCES].max() else there
     notes = (
-        f"{CHANNELS[i]} is missing or saturated in {counted(int(lost[:, i].sum()), 'row')}: it "
-        "is not used"
+        f"{CHANNELS[i]} is missing or saturated in {counted(int(lost[:, i].sum()), 'row')}: the "
+        "channel is not used"
         for i in there
         if i not in used
     )
@@ -226,7 +226,7 @@ def _scanned(recording: Recording, used: list[int]) -> Recording:
 
 
 def _zeros(table: series.Table) -> tuple[dict[str, str], FloatArray]:
-    """Read zeros that were subtracted, from lines such as ``# zero_force_x = 310 ± 0.3 mN``.
+    """Read lines such as ``# zero_force_x = 310 ± 0.3 mN``: zeros that were subtracted.
 
     Return their errors, and their values in SI units.
     """

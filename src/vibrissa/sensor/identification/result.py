@@ -1,8 +1,9 @@
-"""Result of an identification: friction of the periods, in SI units if the rod has them.
+"""Result of an identification: friction of the periods, by one method or by both.
 
 The friction by the model of the rod is compared with that by the ratio of the forces, which needs
-no rod. Both use the same samples, and the model uses them efficiently: the common errors of the
-difference have at most the variance of the common errors of the ratio (Hausman, 1978).
+no rod. Both use the same samples, and friction by the model has the least possible variance.
+Therefore the errors that all periods share have in the difference of both methods at most the
+variance that they have in the ratio (Hausman, 1978).
 """
 
 from dataclasses import dataclass, replace
@@ -59,13 +60,14 @@ class Beside:
         verdict = f"they agree {within}" if self.agrees else "they disagree: one of them is wrong"
         return (
             "the model of the rod and the ratio of the forces differ by "
-            f"{self.difference:+.2g} ± {self.spread:.2g} in {counted(number, 'period')}: {verdict}"
+            f"{self.difference:+.2g} ± {self.spread:.2g} in mu0, the mean of "
+            f"{counted(number, 'period')}: {verdict}"
         )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Identification(Tabular):
-    """Friction of the periods of a recording, in SI units if the rod has them.
+    """Friction of the periods of a recording, and whether the recording fits the set-up.
 
     Attributes
     ----------
@@ -108,7 +110,7 @@ class Identification(Tabular):
 
     @property
     def fits(self) -> bool:
-        """Whether the recording fits the set-up; true without a rod."""
+        """Whether the recording fits the set-up; true if `goodness` is None."""
         return self.goodness is None or self.goodness.fits
 
     def noted(self, *notes: str) -> "Identification":

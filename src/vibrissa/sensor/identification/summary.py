@@ -3,11 +3,11 @@
 Period i has the friction coefficient μ_i. Its error has the standard deviations n_i, due to the
 noise of its readings, and s_i, due to the step of the stage; e_i is the change of μ_i per unit of
 each error of the set-up. Friction varies from place to place with the variance t² (DerSimonian and
-Laird). Errors of the set-up are common to all periods. So is the part s'_i² = max(0, s_i² − l²) of
-the variance due to the step, where l² is r²·t², with t² less two of its standard errors, at least
-0. Periods end at different places of a step if they differ in travel: r is the part of the friction
-that rises in the period; the rest is left from the slip before. With the weights w_i, proportional
-to 1/(n_i² + t² + s'_i²), whose sum is 1,
+Laird). Errors of the set-up are common to all periods. The error due to the step is common in
+part only, as periods that differ in travel end at different places of a step. The common part has
+the variance s'_i² = max(0, s_i² − l²) with l² = r²·max(0, t² − 2·q), where q is the standard error
+of t². The part r of the friction rises within the period; the rest is left from the slip before.
+With the weights w_i, proportional to 1/(n_i² + t² + s'_i²), whose sum is 1,
 
     mean = Σ w_i·μ_i,   random² = Σ w_i²·(n_i² + s_i² − s'_i²),
     common² = (Σ w_i·s'_i)² + e·C·eᵀ,   e = Σ w_i·e_i.
@@ -126,11 +126,11 @@ class FrictionSummary:
         return f"{of} (left out: {left})" if left else of
 
     def _bound(self) -> Iterator[str]:
-        yield f"no mean of mu0, from {self._of}"
+        yield f"no mean of mu0: {self._of} can be used"
         if self.left == {PeriodStatus.OPEN: len(self.found.periods)}:
             yield "no slip was recorded: record on until the tip slips"
         if np.isfinite(self.least):
-            at = f"mu0 is at least {self.least:.3g} at one place or more"
+            at = f"somewhere on the surface mu0 is at least {self.least:.3g}"
             yield f"{at}: see the columns low and high"
 
     def _mean(self) -> Iterator[str]:

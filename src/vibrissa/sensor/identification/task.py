@@ -195,7 +195,9 @@ def _tared(
     zeros, deviation = np.zeros(len(CHANNELS)), noise / np.sqrt(recording.air_rows)
     zeros[own] = np.array(recording.air)[own]
     recording = replace(recording, readings=recording.readings - zeros)
-    recording = recording.noted("the zeros are the means of the readings without load")
+    recording = recording.noted(
+        "the zeros of the channels are the means of their readings without load"
+    )
     return recording, sizes | {ZEROS[i]: float(deviation[i]) for i in own}
 
 

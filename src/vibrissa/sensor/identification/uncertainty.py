@@ -81,7 +81,7 @@ def common_deviation(effects: FloatArray, covariance: FloatArray) -> FloatArray:
 
 
 def variance_between(values: FloatArray, variance: FloatArray) -> tuple[float, float]:
-    """Estimate the variance of true values from measured ones, and its standard error.
+    """From measured values, estimate the variance of the true values, and its standard error.
 
     The estimate is the one of DerSimonian and Laird (1986), by the method of moments.
 

@@ -1,1 +1,1 @@
-"""Clamp reactions as functions of the displacement x0, at one height or over a range."""
+"""Clamp reactions as functions of the displacement x0, for one height or a range of heights."""

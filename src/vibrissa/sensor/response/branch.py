@@ -1,6 +1,7 @@
 """The response of a rod: clamp reactions over the displacement x0.
 
-The clamp pushes the tip for x0 > 0, and pulls it for x0 < 0, as far as that part was solved.
+The clamp pushes the tip for x0 > 0, and pulls it for x0 < 0. States with x0 < 0 are known only
+as far as they were solved.
 """
 
 from abc import ABC, abstractmethod
@@ -99,7 +100,7 @@ class States(ABC):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Response(States):
-    """Clamp reactions of one rod at one height over the displacement x0 of the clamp.
+    """Clamp reactions of one rod at one height, as functions of the displacement x0 of the clamp.
 
     Attributes
     ----------
@@ -135,12 +136,12 @@ class Response(States):
 
 
 def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Response]:
-    """Solve and tabulate the responses of several whiskers, of any θ, η and mounting.
+    """Solve and tabulate the responses of several whiskers, whose θ, η and mountings may differ.
 
     Parameters
     ----------
     whiskers : sequence of Whisker
-        All have the contact and the section of the first one.
+        Whiskers of the same `contact` and the same `section`.
     partly : bool
         Whether to accept curves that the solver did not follow to their end.
 
@@ -167,7 +168,7 @@ def responses(whiskers: Sequence[Whisker], partly: bool = False) -> list[Respons
 
 
 def tabulated(curve: StickingCurve) -> Response:
-    """Tabulate the response of a solved curve; x0 < 0 is included if it was solved."""
+    """Tabulate the response of a solved curve, with its states at x0 < 0 if it has any."""
     pieces = Pieces.concatenate([curve.retraction, curve.pieces])
     pieces = pieces.take(pieces.last_x0 - pieces.first_x0 > SHORTEST)
     parts: list[PPoly] = []

@@ -63,7 +63,7 @@ class Heights:
 
     @cached_property
     def _stretches(self) -> list[CubicSpline]:
-        """Spline along each stretch of the Chebyshev coefficients of the reactions."""
+        """For each stretch, a spline of the Chebyshev coefficients of the reactions along it."""
         return [
             CubicSpline(PARTS, np.moveaxis(one, 1, 0)) for one in np.moveaxis(self._series[1], 1, 0)
         ]
@@ -105,7 +105,10 @@ class Heights:
 
 
 def _displacements(bounds: FloatArray) -> FloatArray:
-    """Knots on each stretch (L), shape (stretches, KNOTS), close together near a limit point."""
+    """Knots on each stretch (L), shape (stretches, KNOTS).
+
+    On the last stretch they are close together near its end, which may be a limit point.
+    """
     parts = np.tile(PARTS, (len(bounds) - 1, 1))
     parts[-1] = 1.0 - (1.0 - PARTS) ** 2
     x = bounds[:-1, None] + np.diff(bounds)[:, None] * parts
@@ -132,7 +135,7 @@ class HeightRange:
 
     @property
     def x0_touch(self) -> float:
-        """Least x0 at which the tip is level with the surface (L); infinite if there is none."""
+        """Least x0 (L) with φ1 = 0 at one of the solved heights; infinite if there is none."""
         touches = [one.curve.x0_touch for part in self.parts for one in part.branches]
         return min(filter(np.isfinite, touches), default=np.inf)
 
@@ -176,7 +179,7 @@ class HeightStates(States):
 
     @property
     def bounds(self) -> FloatArray:  # type: ignore[override]
-        """Landmarks of the single height `eta`, between which the reactions are smooth (L)."""
+        """Landmarks (L) at the only height in `eta`; the reactions are smooth between them."""
         part = self.heights.parts[int(self.heights.part_of(self.eta))]
         return part.landmarks(np.atleast_1d(self.eta))[0, :-2]
 

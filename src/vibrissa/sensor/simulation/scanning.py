@@ -1,8 +1,8 @@
 """A scan: the clamp moves in steps over a surface, and the tip sticks and slips.
 
 At the first step at which |tan α| > μ0 the tip slips while the clamp rests. A self-locking tip
-sticks until the round rod buckles laterally. After that the clamp drags the tip: its states are
-mirror images of those before.
+sticks until the rod, if it is round, buckles laterally. After that the clamp drags the tip: the
+states of the rod are mirror images of states in which the tip is ahead of the clamp.
 """
 
 from collections.abc import Callable, Sequence
@@ -83,9 +83,9 @@ class Outcome(StrEnum):
     LOCK
         The tip locked and was pushed until sticking ended; the motion after that is not computed.
     LOST
-        A slip passed α = 0 and did not end within the states that were computed: a tip that had
-        been pushed lifted off the surface, or a tip that had been pulled came to the last state in
-        which the clamp pushes it.
+        A slip passed α = 0 and did not end within the computed states. Either the clamp had pushed
+        the tip, and the tip lifted off the surface; or the clamp had pulled the tip, and the tip
+        came to the last computed state in which the clamp pushes it.
     """
 
     COMPLETE = "complete"
@@ -132,7 +132,7 @@ class SurfaceScan(Batch):
 
 
 def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) -> FloatArray:
-    """Compute positions of a stage that moves from 0 to each turning point in equal steps.
+    """Compute positions of a stage that moves in equal steps from 0 through all turning points.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def simulate(
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
 ) -> SurfaceScan:
-    """Move the clamp over a surface.
+    """Simulate a scan: find the state of the rod at each step of the clamp over a surface.
 
     Parameters
     ----------

@@ -126,7 +126,7 @@ class Slip:
         kinks = np.append(ahead * (response.bounds - x0), onward * (surface.edges - contact))
 
         def excess_force(end: float) -> BPoly:
-            """Tangential force less kinetic friction (E·I0/L²) over the distance of the slide."""
+            """Tangential force minus kinetic friction (E·I0/L²), as a function of the distance."""
             breaks = np.concatenate([kinks, np.arange(0.0, end, CELL), [0.0, end]])
             breaks = np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])
             way = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
@@ -249,7 +249,7 @@ class Tip:
         return way * np.inf
 
     def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Add clamp positions where the least margin is smallest; return positions and margins."""
+        """Add clamp positions at minima of the least margin; return positions and that margin."""
         left = self._least(clamp)
         lowest = (left[1:-1] < left[:-2]) & (left[1:-1] < left[2:])
         for i in np.flatnonzero(lowest) + 1:

@@ -189,8 +189,9 @@ def with_active_contact(
 ) -> tuple[RodStates, BoolArray]:
     """Solve states with the kind of contact that is possible.
 
-    The kind of the guess is tried first, and in the model LINE then the other one. Returns the
-    states, and whether each was found; a state that was not found is NaN.
+    The kind of the guess is tried first. In the model LINE the other kind is tried where the first
+    is not possible. Returns the states, and whether each was found; a state that was not found is
+    NaN.
     """
     states, found = solve(guess, closing, tolerance=TOLERANCE)
     if model is Contact.LINE:

@@ -68,7 +68,7 @@ class Branches(Batch):
     def prescribing(
         self, weights: Mapping[int, FloatArray | float], value: FloatArray | float = 0.0
     ) -> ClosingCondition:
-        """Prescribe as E3 a weighted sum of offset, fx, fy, s_c and φ1; E2 prescribes the height.
+        """Prescribe, as E3, a weighted sum of offset, fx, fy, s_c and φ1; E2 prescribes the height.
 
         The keys of `weights` are indices of these quantities, such as FX and PHI1: fx = 0 is the
         condition for α = 0, and φ1 = 0 that for a kink of the path.
@@ -83,5 +83,8 @@ def end_quantities(states: RodStates) -> FloatArray:
 
 
 def violation(states: RodStates) -> FloatArray:
-    """Violation of s_c ≤ 1 (L) or φ1 ≥ 0 (rad), positive if the contact is impossible."""
+    """Violation of s_c ≤ 1 (L) in line contact, or of φ1 ≥ 0 (rad) in point contact.
+
+    A positive value means that this kind of contact is impossible.
+    """
     return np.where(states.line, states.s_c - 1.0, -ends(states).phi1)

@@ -80,9 +80,9 @@ def solve_curves(
         ROUND: a path ends at the latest where the rod buckles laterally. PLANAR: it ends at the
         latest where x0 turns back.
     retract : bool
-        Whether to solve for every rod the retraction, in which the clamp is pulled back (x0 < 0),
-        until the normal force vanishes, or as far as it can be resolved. Otherwise only round rods
-        in the ideal mounting have a retraction, up to tan α = 3.
+        Whether to solve the retraction of every rod: the clamp is pulled back (x0 < 0) until the
+        normal force vanishes, or as far as the states can be resolved. If false, only round rods in
+        the ideal mounting have a retraction, up to tan α = 3.
 
     Returns
     -------
@@ -132,7 +132,7 @@ def _solved(
     closeness: Closeness,
     retract: bool,
 ) -> list[StickingCurve]:
-    """Solve paths, followed with one number of nodes and one longest step."""
+    """Solve the curves of rods by following paths as closely as `closeness` says."""
     rods = rod_columns(theta, mountings)
     stage_angle = np.array([one.stage_angle for one in mountings])
     begun = begin(rods, eta, stage_angle, closeness.nodes, model)
@@ -162,7 +162,7 @@ def _curves(
     closeness: Closeness,
     retract: bool,
 ) -> list[StickingCurve]:
-    """Follow branches from their first states and resolve them."""
+    """Make the curves of branches: follow each path from its first state, and resolve the path."""
     count, round_rods, ideal = len(states), section is RodSection.ROUND, mountings[0].is_ideal
     both, most = retract or (ideal and round_rods), np.inf if retract else MOST_RETRACTED
     which = np.tile(np.arange(count), 2 if both else 1)
@@ -234,7 +234,7 @@ def has_buckled(states: RodStates) -> BoolArray:
 
 
 def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most: float) -> Knots:
-    """Move the ends of paths in retraction that pass tan α = `most` to this value."""
+    """If a path in retraction passes tan α = `most`, move its end back to this value."""
     knots = followed.knots
     excess = knots.states.fx / most + knots.states.fy
     last = np.flatnonzero(followed.last & (side[knots.branch] < 0.0) & (excess > 0.0))

@@ -1,7 +1,7 @@
 """Cutting of paths into smooth parts, each with one continuation parameter that grows along it.
 
-The parameter is the displacement where this grows steadily. Elsewhere it is the component of the
-path coordinates along a fixed direction (equation E3c).
+Where the displacement grows steadily, it is the parameter. Elsewhere the parameter is the
+component of the path coordinates along a fixed direction (equation E3c).
 """
 
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Margins of stability of resolved parts, lateral buckling and inadmissible shapes."""
+"""Finishing of resolved parts: margins of stability, lateral buckling, inadmissible shapes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -196,7 +196,7 @@ def _limit(found: Resolved, at: FloatArray) -> tuple[float, str]:
 
 
 def _with_dips(at: FloatArray, looked: Clearance, beyond: int) -> FloatArray:
-    """Add places where a clearance may fall below zero, before the place with index `beyond`."""
+    """Add fractions to `at`, before `at[beyond]`, where a clearance may dip below zero."""
     before, after = (
         np.maximum(np.arange(len(at)) - 1, 0),
         np.minimum(np.arange(len(at)) + 1, len(at) - 1),

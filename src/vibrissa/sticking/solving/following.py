@@ -214,7 +214,7 @@ class _Kinks(NamedTuple):
 
 
 def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> _Kinks:
-    """Insert kinks before those of the knots `new` whose kind of contact is not possible."""
+    """Replace each knot of `new` whose kind of contact is not possible by the kink before it."""
     solved, kinks = np.ones(len(new), dtype=bool), np.zeros(len(new), dtype=bool)
     if model is Contact.LINE:
         before, after = violation(last.states), violation(new.states)

@@ -1,7 +1,8 @@
 """Refinement: smooth parts of paths are solved at Chebyshev points until they are resolved.
 
-The numbers of nodes along the rod and of states along the part grow until the last coefficients of
-both series, and the residual between the states, are below their tolerances.
+The numbers of nodes along the rod and of states along the part grow until two conditions hold. The
+last coefficients of the series along the rod and along the part are below their tolerance. The
+residual between the states is below its tolerance.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,8 +27,8 @@ from vibrissa.sticking.solving.cutting import (
 # Numbers of states along a part. A solution with the first one shows which is needed.
 STATES_ALONG_PART = (17, 25, 33, 41, 49)
 NOT_RESOLVED = (
-    f"residual or series decay above 1e-12 with {NODES_ALONG_ROD[-1]} nodes along the rod; "
-    "try a larger eta or a theta closer to 1"
+    "the residual or the last coefficients of the series stay above 1e-12 with "
+    f"{NODES_ALONG_ROD[-1]} nodes along the rod; try a larger eta or a theta closer to 1"
 )
 # Most successive halvings of a part.
 HALVINGS = 6
@@ -159,7 +160,8 @@ def _halves(path: PathStates) -> Iterator[PathStates]:
 def _needed(ladder: Sequence[float], number: int, decay: FloatArray, target: float) -> FloatArray:
     """Predict from the decay of series with `number` terms how many terms reach `target`.
 
-    The prediction is rounded up to a number of `ladder`, or down to its last number.
+    The prediction is rounded up to the next entry of `ladder`. A prediction beyond the last entry
+    becomes the last entry.
     """
     with np.errstate(divide="ignore"):
         needed = number * np.log(target) / np.log(np.minimum(decay, 0.5))

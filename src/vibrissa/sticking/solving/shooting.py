@@ -105,7 +105,7 @@ def _search(
     alpha: float | None = None,
     x1: float | None = None,
 ) -> ShotState:
-    """Search f and α, or f and x1, by Nelder–Mead until the tip meets the contact point."""
+    """Search for f and α, or f and x1, by Nelder–Mead until the tip meets the contact point."""
 
     def state(unknowns: FloatArray) -> tuple[float, float, float]:
         f, other = map(float, unknowns)
@@ -133,7 +133,7 @@ def _search(
 
 
 def initial_state(theta: float, eta: float, tolerances: Tolerances = PRECISE) -> ShotState:
-    """Search f and x1 of the α = 0 state."""
+    """Find the α = 0 state by a search for f and x1."""
     # A cold start far from the branch ends in the mirror image or a higher mode: come down from
     # near the buckling load, where the mode is known.
     top = max(eta, CONTINUATION_START)
@@ -165,7 +165,7 @@ def walk(
     tolerances: Tolerances = PRECISE,
     start: ShotState | None = None,
 ) -> list[ShotState]:
-    """Walk along a period of sticking in steps of Δx0, each search starting from the last state.
+    """Walk along a period of sticking in steps of Δx0; each search starts from the previous state.
 
     Parameters
     ----------
@@ -272,7 +272,7 @@ def _smooth_piece(known: StickingState) -> Pieces:
 
 
 def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> ShapeLimits:
-    """Displacement of the first state with an inadmissible shape, as a limit; NaN if none."""
+    """Shape limits: displacement of the first state with an inadmissible shape; NaN if none."""
     rule = gauss_rule(NODES)
     s = rule.from_start @ arc_density(rule.nodes, theta)
     rows = zip(states.f, states.alpha, x1_init - states.x0, strict=True)
