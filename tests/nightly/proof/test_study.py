@@ -91,7 +91,7 @@ class Covered:
 
     holds = True
 
-    def slips_first(self, slip):
+    def slips_first(self, *states):
         return self.holds
 
     def locks(self, mu0):
