@@ -87,6 +87,7 @@ def table_of(path):
     return [*above, *(f"{title}: {short(frame[title])}" for title in frame)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_prints_and_writes_as_before(name, snapshot, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

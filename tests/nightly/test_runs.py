@@ -15,6 +15,7 @@ import pytest
 from runs import ROOT, STICTION, TINY
 
 SNAKEMAKE = ["-m", "snakemake", "--cores", "2"]
+CAPTIONS, SUMMARY = "results/tiny/figures/captions.md", "results/tiny/summary.txt"
 LONG = TINY.replace("theta: [1.5, 2]", "theta: {start: 1, stop: 4, step: 0.5}")
 
 
@@ -161,3 +162,48 @@ def test_an_archive_makes_its_results_again(unpacked):
     (unpacked / STICTION).unlink()
     status, screen = verified()
     assert status == 2 and "has no file tables/stiction.parquet" in screen
+
+
+SCRIPT = """
+import matplotlib.pyplot as plt
+
+
+def draw(table):
+    figure, axes = plt.subplots()
+    axes.plot(table["theta"], table["x0_slip"], "o")
+    return figure
+"""
+
+
+def test_a_script_of_the_user_is_an_input_of_its_figure(done):
+    own = "  own: {kind: script, script: own.py, grid: main, formats: [], caption: 'At {eta}.'}\n"
+    done.write("own.py", SCRIPT)
+    done.edit("figures:\n", "figures:\n" + own)
+    done.run(CAPTIONS)
+    folder = done.root / "results/tiny/figures"
+    assert (folder / "own.png").exists() and not (folder / "own.svg").exists()
+    assert "**Own.** At 0.85.\n" in (folder / "captions.md").read_text()
+    done.write("own.py", SCRIPT.replace("x0_slip", "nothing"))
+    assert done.jobs() == {"figures": 1, "report": 1}
+    status, _ = done.call(CAPTIONS)
+    assert status != 0 and "own.py:7: KeyError: 'nothing'" in done.log("figures")
+
+
+def test_points_that_fail_are_counted_and_with_strict_end_the_run(copied):
+    copied.edit(
+        "    for rod, curve in zip(rods, curves, strict=True):\n        shown",
+        "    from vibrissa.sticking.curve import failed_curve\n"
+        "    curves = [c if c.theta < 2 else failed_curve("
+        "theta=c.theta, eta=c.eta, method=c.method, message='no luck') for c in curves]\n"
+        "    for rod, curve in zip(rods, curves, strict=True):\n        shown",
+        "src/vibrissa/tables/rods.py",
+    )
+    status, _ = copied.call(SUMMARY, "--config", "strict=true")
+    assert status == 1
+    assert copied.log("summary").startswith(
+        "error: the study has strict: true, but 2 grid points, 1 scan have the status 'failed'"
+    )
+    assert len(copied.stiction()) == 4
+    copied.run(SUMMARY)
+    summary = (copied.root / SUMMARY).read_text()
+    assert summary.startswith("4 grid points: 2 failed, 1 lock, 1 slip\n1 scan: 1 failed\n")

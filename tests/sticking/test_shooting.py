@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def shot():
     # A coarse step keeps the walk short; it is divided into steps of at most 0.004.
-    return shooting.solve_curve(2.0, 0.85, 0.006)
+    return shooting.solve_curve(2.0, 0.85, 0.012)
 
 
 def test_both_methods_find_the_same_curve(shot):
