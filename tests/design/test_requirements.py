@@ -123,7 +123,7 @@ def test_without_names_the_numbers_are_in_the_setup_file(tmp_path):
         ({"theta": "0.5"}, "theta: input should be greater than or equal to 1, got 0.5"),
         ({"theta": "much"}, "theta must be a number, got 'much'"),
         ({"eta": "0.5 to 1"}, "eta: input should be less than 1"),
-        ({"eta": "85 mm"}, "eta = '85 mm' has a unit, but several lengths are allowed"),
+        ({"eta": "85 mm"}, "eta = '85 mm' has a unit, which needs a single length"),
         ({"step": "50"}, "step must be a length with a unit"),
         ({"tip": "-1 mm"}, "tip: input should be greater than or equal to 0"),
         ({"safety": 0.5}, "safety: input should be greater than or equal to 1"),

@@ -66,8 +66,8 @@ def heights_of(text: str, lengths: Choice) -> Choice:
             return Kind.NUMBER.read(part, "eta")
         if len(lengths) != 1:
             raise ArgumentError(
-                f"eta = {part!r} has a unit, but several lengths are allowed: give eta as a part "
-                "of the length, such as 0.85"
+                f"eta = {part!r} has a unit, which needs a single length of the rod: give one "
+                "length, or give eta as a part of the length, such as 0.85"
             )
         return Kind.LENGTH.read(part, "eta") / lengths[0]
 

@@ -99,7 +99,9 @@ class Whisker:
 
     @cached_property
     def response(self) -> "Response":
-        """Clamp reactions over x0; at x0 < 0 (clamp pulled back) as far as they were solved.
+        """Clamp reactions over x0.
+
+        For x0 < 0 the clamp is pulled back, as far as states were solved.
 
         Raises
         ------

@@ -491,8 +491,8 @@ def friction_from_travel(
         raise ArgumentError(f"the lock of this rod is not known: {curve.message}")
     if not float(x0_max) < curve.x0_lock:
         raise ArgumentError(
-            f"x0_max must lie below {curve.x0_lock:.6g}, got {x0_max}: whatever the friction, the "
-            "tip of this rod has slipped before, or has locked"
+            f"x0_max must lie below {curve.x0_lock:.6g}, got {x0_max}: at any friction the tip of "
+            "this rod slips at a smaller x0, or it locks"
         )
     after = min(float(x0_max) + float(dx0), curve.x0_lock)
     low, high = curve.state(np.array([float(x0_max), after])).mobilised_friction

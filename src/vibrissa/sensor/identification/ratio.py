@@ -113,7 +113,7 @@ class Onsets:
 
     @property
     def own(self) -> FloatArray:
-        """Standard deviation of μ0 due to noise and to too low a degree, in each period, (p,)."""
+        """Standard deviation of μ0 due to noise and a degree that is too low, shape (p,)."""
         return np.asarray(np.hypot(self._read[1][:, 1], np.sqrt(self.between)))
 
     @property

@@ -125,7 +125,7 @@ class Ends(Batch):
 def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
     """Find lone spikes: samples with a reading far from the one before and the one after it.
 
-    These two must agree with each other.
+    The reading before and the reading after a spike agree with each other.
 
     Parameters
     ----------
