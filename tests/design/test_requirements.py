@@ -7,7 +7,7 @@ import pytest
 
 from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
 from vibrissa.design.materials import Material
-from vibrissa.design.requirements import DIAMETERS, LENGTHS, TAPERS
+from vibrissa.design.requirements import DIAMETERS, LENGTHS, SOLD, TAPERS
 from vibrissa.errors import ArgumentError
 from vibrissa.quantities.keys import write_keys
 from vibrissa.sensor import preset
@@ -47,7 +47,8 @@ def test_materials_and_transducers_have_names():
     assert Requirements.read(**NAMED, **ASKED, density="8 g/cm^3").material.density == 8000.0
 
 
-def test_what_is_chosen_from_is_a_value_a_list_or_a_range_of_what_is_sold():
+def test_what_is_chosen_from_is_a_value_a_list_or_a_range_of_what_is_sold(snapshot):
+    assert (SOLD, TAPERS, DIAMETERS, LENGTHS) == snapshot
     read = Requirements.read(**NAMED, **ASKED)
     assert (read.theta, read.diameter, read.length) == (TAPERS, DIAMETERS, LENGTHS)
     asked = {"theta": "1 to 2.2", "diameter": "1 mm, 800 um", "length": "55 to 75 mm"}

@@ -376,9 +376,9 @@ def test_a_mounting_is_shown_in_its_unit_and_what_no_rod_has_takes_no_room(axis,
 def test_a_line_shows_where_neither_cone_nor_cylinder_is_ahead(ahead, lines):
     made = ROWS["versus"](2)
     angles = sorted(set(made.clamp_angle))[:3]
-    made = made[(made.theta <= 2.0) & made.clamp_angle.isin(angles)]
+    made = made[(made.theta <= 2.5) & made.clamp_angle.isin(angles)]
     order = dict(zip(angles, ahead, strict=True))
-    lock = np.where(made.theta == 2.0, 0.5 + made.clamp_angle.map(order), 0.5)
+    lock = np.where(made.theta == 2.5, 0.5 + made.clamp_angle.map(order), 0.5)
     panel = KINDS["versus"].plot(made.assign(mu_lock=lock)).axes[0]
     assert len(panel.collections) == 1 + lines
     assert panel.collections[0].get_array().filled().reshape(2, 3)[0] == pytest.approx(ahead)
@@ -422,6 +422,11 @@ def test_a_script_gets_the_rows_and_the_style(tmp_path):
     assert axes.get_xlim() == (0.5, 9.0) and axes.get_yscale() == "log"
     zero, *_ = draw("taper", points(), {"grid": "main"}, look={"axes": {"log": ["y"]}}).axes
     assert 1e-3 < zero.get_ylim()[0] < zero.dataLim.y0 + 0.01
+
+
+def test_a_law_needs_a_lock():
+    lifts = points_table({"main": grid(theta=(1.0,), eta=(0.1,))}, {1.0: solve_curve(1.0, 0.1)})
+    assert draw("law", lifts, {"grid": "main"}).axes[0].texts[0].get_text() == "no tip locks"
 
 
 def test_a_series_without_a_point_that_slips_is_named():

@@ -137,7 +137,8 @@ def test_axes_turned_by_90_degrees_are_swapped_with_one_sign():
 def test_the_rows_between_two_times_or_positions_are_kept():
     time = np.arange(100)
     text = file_of([time, 0.1 * time, np.sin(time), -1 + 0 * time])
-    by_time = imported(text, TITLED, begin="10 s", to="20 s").values
+    times = {"begin": "10 s", "to": "20 s"}
+    by_time = imported(text, TITLED, **times).values
     assert by_time["time"].tolist() == list(range(10, 21))
     by_place = imported(text, TITLED, begin="1 mm", to="2 mm").values
     assert by_place["time"].tolist() == list(range(10, 21))
@@ -148,14 +149,8 @@ def test_the_rows_between_two_times_or_positions_are_kept():
             file_of([time, place, time, time]), TITLED, begin=next(ends), to=next(ends)
         )
         assert windowed.values["time"].tolist() == list(range(10, 21))
-    steady = imported(
-        text,
-        {"force_x": "Fx", "force_y": "Fy"},
-        begin="10 s",
-        to="20 s",
-        speed="1 mm/s",
-        rate="2 Hz",
-    ).values
+    forces = {"force_x": "Fx", "force_y": "Fy"}
+    steady = imported(text, forces, **times, speed="1 mm/s", rate="2 Hz").values
     assert steady["footpoint"] == pytest.approx(np.arange(21) * 5e-4)
 
 
