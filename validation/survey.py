@@ -28,7 +28,8 @@ CHUNK = 64
 # Bounds of clamp_angle, clamp_compliance, both coefficients of curvature, and stage_angle.
 LEAST = (-np.radians(20), 0.0, -0.5, -0.5, -np.radians(10))
 MOST = (np.radians(20), 0.5, 0.5, 0.5, np.radians(10))
-# Number of displacements at which stability is evaluated on each path.
+# Number of displacements at which stability is evaluated on each path, all before its end: at the
+# end it vanishes if the rod snaps.
 LOOKS = 40
 # Largest residual of a solved state.
 RESIDUAL = 1e-11
@@ -79,7 +80,7 @@ def survey(curves: int, points: int, seed: int, mounted: bool, section: RodSecti
                     odd.append(curve)
                 if curve.status is Status.SOLVED:
                     residual = float(np.max([residual, curve.residual]))  # NaN stays NaN
-                    states = curve.state(np.linspace(0.0, curve.x0_end, LOOKS))
+                    states = curve.state(np.linspace(0.0, curve.x0_end, LOOKS, False))
                     stability = float(np.min([stability, states.stability.min()]))
         print(f"\ncontact: {model}, {curves} curves, {sum(counts.values())} points")
         for outcome, number in counts.most_common():
