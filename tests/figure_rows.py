@@ -89,7 +89,8 @@ def deviating(count):
 
 
 def against_cylinders(count):
-    axes = {"theta": np.linspace(1.0, 4.0, max(count, 3)), "eta": np.linspace(0.3, 0.9, count)}
+    tapers = np.linspace(1.0, 4.0, min(max(count, 3), 12))
+    axes = {"theta": tapers, "eta": np.linspace(0.3, 0.9, count)}
     rows = combined(**axes, clamp_angle=np.linspace(-0.2, 0.2, 5), mu0=[0.2], dx0=[0.001])
     return in_mountings(slipping(rows), 1.0)
 

@@ -41,5 +41,5 @@ def scans(name, section, study="paper"):
                 method=Solver.COLLOCATION,
             )
             for point, curve in zip(points, solve(points, **SOLVER), strict=True)
-        ],
+        ]
     )

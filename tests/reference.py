@@ -18,12 +18,7 @@ def integrated(theta, s_c, phi1, p, q, r=None):
     def derivative(r, state):  # r = s_c - s; the contact point is the origin
         _, _, phi, m = state
         d = 1 - (1 - 1 / theta) * (s_c - r)
-        return [
-            -np.cos(phi),
-            -np.sin(phi),
-            -m / d**4,
-            -(p * np.cos(phi) + q * np.sin(phi)),
-        ]
+        return [-np.cos(phi), -np.sin(phi), -m / d**4, -(p * np.cos(phi) + q * np.sin(phi))]
 
     start = [0, 0, phi1, 0]
     settings = {"method": "DOP853", "rtol": TOLERANCE, "atol": TOLERANCE, "t_eval": r}

@@ -6,10 +6,5 @@ from vibrissa.sensor import Whisker
 
 
 def respond(theta, eta, contact="point", mounting=IDEAL, section="round"):
-    return Whisker(
-        theta=theta,
-        eta=eta,
-        contact=Contact(contact),
-        mounting=mounting,
-        section=RodSection(section),
-    ).response
+    kinds = {"contact": Contact(contact), "section": RodSection(section)}
+    return Whisker(theta=theta, eta=eta, mounting=mounting, **kinds).response

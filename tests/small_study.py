@@ -17,11 +17,7 @@ FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luc
 @cache
 def curves():
     """Curves of a cylinder, of a rod that lies down, and of one that was not found."""
-    return {
-        1.0: solve_curve(1.0, 0.85),
-        3.0: solve_curve(3.0, 0.85, contact="line"),
-        9.0: FAILED,
-    }
+    return {1.0: solve_curve(1.0, 0.85), 3.0: solve_curve(3.0, 0.85, contact="line"), 9.0: FAILED}
 
 
 @cache

@@ -76,8 +76,7 @@ def write(path, recording):
     """Write a recording in units of the rod."""
     units = {"footpoint": "L", "force_x": "E*I0/L^2", "force_y": "E*I0/L^2", "moment_z": "E*I0/L"}
     values = np.column_stack([recording.clamp, recording.readings]).T
-    columns = {
-        name: series.Column(value, unit, "")
-        for (name, unit), value in zip(units.items(), values, strict=True)
-    }
+    columns = {}
+    for (name, unit), value in zip(units.items(), values, strict=True):
+        columns[name] = series.Column(value, unit, "")
     series.write(path, Given(columns))

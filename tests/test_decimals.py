@@ -12,9 +12,7 @@ from vibrissa.numerics.steps import ONSET_ACCURACY, last_step_within, step_posit
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 # What a person writes as a step: a few digits, from 1e-9 up to 1e6.
 steps = st.builds(
-    lambda digits, places: Decimal(digits).scaleb(-places),
-    st.integers(1, 10**6),
-    st.integers(0, 9),
+    lambda digits, places: Decimal(digits).scaleb(-places), st.integers(1, 10**6), st.integers(0, 9)
 )
 
 

@@ -64,33 +64,6 @@ def test_a_table_on_standard_output_is_alone_there():
     assert row["status"] == "slip" and re.match("status +slip\n", result.stderr)
 
 
-@pytest.mark.slow
-def test_a_mounting_is_given_with_units():
-    ideal = run("solve", *WHISKER, "--mu0", "0.4")
-    tilted = run("solve", *WHISKER, "--mu0", "0.4", "--clamp-angle", "2 deg")
-    assert "0.052838" in ideal.output and "0.066903" in tilted.output
-    both = ["--set", "clamp_compliance=0.001 rad/(N*m)", "--set", "curvature=-1 m^-1"]
-    result = run("solve", *WHISKER, *ROD, "--mu0", "0.4", *both, "--stage-angle", "-1 deg")
-    assert result.exit_code == 0 and "slip" in result.output
-    tall = ["--theta", "2", "--eta", "0.98"]
-    none = run("solve", *tall, "--mu0", "0.4", "--clamp-angle", "20 deg")
-    assert none.exit_code == 1 and "springs to the other side" in none.output
-
-
-def test_scan_writes_signals_and_truth(tmp_path):
-    out = tmp_path / "scan.csv"
-    where = ["--step", "100 um", "--to", "50 mm", "--to", "20 mm"]
-    surface = ["--patches", "0 mm: 0.3, 60 mm: 0.4"]
-    result = run("scan", *WHISKER, *ROD, *where, *surface, "-o", out)
-    assert result.exit_code == 0, result.output
-    with out.open() as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == 1 + 500 + 300
-    assert float(rows[-1]["footpoint [m]"]) == pytest.approx(0.02)
-    for row in rows:
-        assert float(row["mu0 [1]"]) == (0.3 if float(row["contact [m]"]) < 0.06 else 0.4)
-
-
 def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
     surface, out = tmp_path / "surface.csv", tmp_path / "scan.parquet"
     surface.write_text("x [mm],mu0\n0,0.3\n500,0.4\n")

@@ -71,12 +71,7 @@ def test_a_setup_file_is_read_and_an_option_takes_its_place(setup):
     assert made.modulus * made.yield_strain == pytest.approx(WIRE.modulus * WIRE.yield_strain)
     whisker = read.rod_setup(1.2, 0.88, 1e-3, 0.18).whisker
     assert whisker.tolerances == pytest.approx(
-        {
-            "eta": 0.2 / 180,
-            "diameter": 0.005,
-            "modulus": 4 / 205,
-            "clamp_angle": np.deg2rad(0.2),
-        }
+        {"eta": 0.2 / 180, "diameter": 0.005, "modulus": 4 / 205, "clamp_angle": np.deg2rad(0.2)}
     )
     other = Requirements.read(
         setup, **ASKED, theta="1 to 2", tolerances={"clamp_angle": "1 deg"}, noise=OWN["noise"]

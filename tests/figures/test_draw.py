@@ -347,10 +347,8 @@ def test_models_figure_marks_what_penetrates():
     assert np.isfinite(line.get_ydata()).all() and marks.get_ydata()[2] > 30
     assert np.isfinite(marks.get_ydata()).tolist() == [False, False, True]
     locks = [table.to_pandas()[name] for name in ("mu_lock_point", "mu_lock_line")]
-    assert all(
-        is_line(line, [1, 4, 8], known)
-        for line, known in zip(drawn(figure.axes[1]), locks, strict=True)
-    )
+    for line, known in zip(drawn(figure.axes[1]), locks, strict=True):
+        assert is_line(line, [1, 4, 8], known)
 
 
 def test_signals_of_a_locking_tip_show_its_stability_fall():

@@ -6,7 +6,7 @@ import matplotlib
 import pandas as pd
 import pytest
 
-from figure_rows import ROWS, drawn
+from figure_rows import drawn
 from vibrissa.figures import style
 from vibrissa.figures.series import Series
 
@@ -26,16 +26,6 @@ def test_the_style_is_a_journals():
     with style.applied():
         assert {name: matplotlib.rcParams[name] for name in GOLDEN} == GOLDEN
     assert (style.COLUMN, style.PAGE) == (3.5, 7.2)
-
-
-@pytest.mark.parametrize("kind", ROWS)
-def test_a_figure_fills_a_column_or_a_page_and_has_no_title(kind):
-    figure = drawn(kind, 3)
-    assert figure.get_figwidth() in (style.COLUMN, style.PAGE)
-    assert figure.get_suptitle() == ""
-    titles = {axes.get_title() for axes in figure.axes}
-    # Names of panels, not of figures.
-    assert titles == {""} or kind == "regimes"
 
 
 @pytest.mark.slow

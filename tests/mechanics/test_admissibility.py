@@ -169,8 +169,7 @@ def integrated(curve, x0):
 
 
 @pytest.mark.parametrize(
-    ("theta", "eta", "contact"),
-    [(1.0, 0.3, "point"), (1.0, 0.3126, "point"), (1.0, 0.3, "line")],
+    ("theta", "eta", "contact"), [(1.0, 0.3, "point"), (1.0, 0.3126, "point"), (1.0, 0.3, "line")]
 )
 def test_a_rod_ends_exactly_where_it_comes_down_to_its_clamps_level(theta, eta, contact):
     curve = solve_curve(theta, eta, contact=contact)

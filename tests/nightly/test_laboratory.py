@@ -24,8 +24,7 @@ def entry(title, said, seed, method):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize(
-    ("title", "method"),
-    [("clamp inclined by 0.5°", "model"), ("transducer turned by 1°", "ratio")],
+    ("title", "method"), [("clamp inclined by 0.5°", "model"), ("transducer turned by 1°", "ratio")]
 )
 def test_a_mistake_within_its_tolerance_is_covered(title, method, seed):
     for said in (Said.NOTHING, Said.ENOUGH):

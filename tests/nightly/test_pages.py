@@ -102,10 +102,7 @@ def test_the_tutorial_can_be_followed(tmp_path):
     page = (DOCS / "tutorial.md").read_text()
     (study,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
     (figure,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    environment = os.environ | {
-        "PYTHONPATH": str(tmp_path / "src"),
-        "MPLBACKEND": "agg",
-    }
+    environment = os.environ | {"PYTHONPATH": str(tmp_path / "src"), "MPLBACKEND": "agg"}
 
     def run(*arguments):
         command = [sys.executable, *arguments]

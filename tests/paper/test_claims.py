@@ -242,12 +242,7 @@ OTHERWISE = [
     ("levels of Figure 7", with_friction(lambda mu0: 8.0 * mu0), {}, CONTRADICTED),
     ("cause of the levels", with_friction(lambda m: np.round(m, 1)), {}, CONTRADICTED),
     ("no exact trend", with_friction(lambda mu0: 0.1 * mu0 + 0.0003), {}, HOLDS),
-    (
-        "no exact trend",
-        changed("friction", x0_max=lambda rows: rows["x0_slip"]),
-        {},
-        CONTRADICTED,
-    ),
+    ("no exact trend", changed("friction", x0_max=lambda rows: rows["x0_slip"]), {}, CONTRADICTED),
     ("non-linear in μ0", with_friction(lambda mu0: 0.1 * mu0), {}, CONTRADICTED),
     (
         "periods repeat",

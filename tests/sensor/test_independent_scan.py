@@ -12,10 +12,7 @@ from vibrissa.sensor.simulation.scanning import simulate
 
 # θ, η; φ1 and force near those at α = 0; a range of x0 from beyond the end of pulling to beyond
 # the lock.
-RODS = (
-    (2.0, 0.85, (0.55, 1.16), -0.0268, 0.16),
-    (1.0, 0.8, (0.66, 2.75), -0.0116, 0.125),
-)
+RODS = ((2.0, 0.85, (0.55, 1.16), -0.0268, 0.16), (1.0, 0.8, (0.66, 2.75), -0.0116, 0.125))
 
 
 @cache

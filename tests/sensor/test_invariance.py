@@ -72,7 +72,7 @@ def test_a_scan_moves_with_its_surface(by, law, start):
 
 
 @pytest.mark.slow
-@few
+@settings(max_examples=3)
 @given(by=st.floats(-30.0, 30.0))
 def test_friction_does_not_depend_on_where_the_stage_counts_from(by):
     _, recording = recorded()
@@ -98,12 +98,7 @@ def test_a_scan_does_not_depend_on_the_size_of_blocks(monkeypatch, law):
     assert parts.contact.tolist() == whole.contact.tolist()
 
 
-rods = st.builds(
-    Rod,
-    youngs_modulus=st.floats(1e9, 4e11),
-    base_diameter=st.floats(2e-4, 5e-3),
-    length=st.floats(0.02, 0.5),
-)
+rods = st.builds(Rod, st.floats(1e9, 4e11), st.floats(2e-4, 5e-3), st.floats(0.02, 0.5))
 
 
 @pytest.mark.slow
@@ -129,11 +124,7 @@ def test_a_recording_in_other_units_is_the_same_recording(method):
     rod = Rod(2.1e11, 0.8e-3, 0.1)
     whisker = Whisker(theta=2.0, eta=0.85, rod=rod)
     signals = scan(whisker, surfaces.constant(0.3), step="50 um", to=["12 mm"])
-    asked = {
-        "method": method,
-        "noise": "3 mN, 3 mN, 10 uN*m",
-        "assume": False,
-    }
+    asked = {"method": method, "noise": "3 mN, 3 mN, 10 uN*m", "assume": False}
     plain = signals.to_pandas()[["footpoint", "force_x", "force_y", "moment_z"]]
     plain.columns = ["footpoint [m]", "force_x [N]", "force_y [N]", "moment_z [N*m]"]
     other = plain * np.array([1 / 0.0254, 1e3, 1e3, 1e3])

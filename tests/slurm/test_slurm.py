@@ -251,10 +251,7 @@ def test_another_scheduler_and_a_job_cancelled_by_hand(cluster, small, project, 
 
 
 REFUSALS = {
-    "a wrong partition": (
-        ["--default-resources", "slurm_partition=nowhere"],
-        "nvalid partition",
-    ),
+    "a wrong partition": (["--default-resources", "slurm_partition=nowhere"], "nvalid partition"),
     "a wrong account": (
         ["--default-resources", "slurm_account=nobody"],
         "The given account nobody appears to be invalid",

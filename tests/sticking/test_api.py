@@ -29,9 +29,8 @@ def test_a_state_lies_on_its_sticking_curve(theta):
 def test_a_curve_is_solved_once_and_cannot_be_changed(monkeypatch):
     """Each argument that a curve depends on makes another one."""
     solved, solve = [], collocation.solve_curves
-    monkeypatch.setattr(
-        collocation, "solve_curves", lambda *args: solved.append(args) or solve(*args)
-    )
+    spy = lambda *args: solved.append(args) or solve(*args)  # noqa: E731
+    monkeypatch.setattr(collocation, "solve_curves", spy)
     first, second = (solve_onset(2, mu0, eta=0.6) for mu0 in (0.2, 0.3))
     assert len(solved) == 1 and first.x0_slip < second.x0_slip
     curve = solve_curve(2.0, 0.6)
@@ -66,12 +65,6 @@ def test_shape_ends_at_the_contact_point():
     x, y, phi = (state := solve_state(2.0, 0.85, 0.4)).shape(np.array([0.0, 1.0]))
     assert (x[-1], y[-1], phi[-1]) == pytest.approx((0.4, 0.85, state.phi1), abs=1e-10)
     assert (x[0], y[0], phi[0]) == pytest.approx((0.0, 0.0, np.pi / 2))
-
-
-def test_pulling_is_the_other_side_of_the_same_branch():
-    x1_init = solve_curve(2.0, 0.85).x1_init
-    assert solve_state(2.0, 0.85, x1_init + 0.02).alpha > 0
-    assert solve_state(2.0, 0.85, x1_init - 0.02).alpha < 0
 
 
 @pytest.mark.parametrize(("theta", "part"), [(8.0, 0.9), (2.0, -0.5)])
@@ -209,10 +202,8 @@ def test_a_travel_that_no_period_of_this_rod_has_is_refused():
         friction_from_travel(2.0, 0.85, 0.2, 0.001)
     with pytest.raises(ArgumentError, match="x0_max must not be negative and dx0 must be positive"):
         friction_from_travel(2.0, 0.85, 0.1, 0.0)
-    with pytest.raises(
-        ArgumentError, match=r"lock of this rod is not known: the computed .* theta"
-    ):
-        friction_from_travel(45.0, 0.2, 0.001, 0.001)
+    with pytest.raises(ArgumentError, match=r"lock of this rod is not known: .* not press on"):
+        friction_from_travel(1.0, 0.85, 0.001, 0.001, mounting=Mounting(clamp_angle=-1.2))
     with pytest.raises(ArgumentError, match="does not determine the friction"):
         mounting = Mounting(stage_angle=-0.36, curvature=-0.3)
         friction_from_travel(2.0, 0.85, 0.2, 0.01, mounting=mounting)

@@ -83,9 +83,7 @@ def test_an_onset_that_locks_says_where_the_rod_swings_and_slips():
 
 def test_a_rod_may_swing_aside_before_its_friction_demand_has_a_maximum():
     # Of very strong taper or at very low eta: there the tip slips up to the demand of the swing.
-    round_rod, planar = (
-        solve_curve(25.0, 0.93, section=section) for section in ("round", "planar")
-    )
+    round_rod, planar = (solve_curve(25.0, 0.93, section=kind) for kind in ("round", "planar"))
     assert planar.x0_lock > round_rod.x0_lock == round_rod.x0_end
     assert round_rod.mu_lock < planar.mu_lock
     assert round_rod.mu_lock == pytest.approx(planar.mobilised_friction(planar.x1_init), rel=1e-9)

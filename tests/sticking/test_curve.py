@@ -63,21 +63,8 @@ def test_states_between_the_solved_ones_agree_with_an_independent_shooting(curve
     assert state.phi1 == pytest.approx(phi1, abs=1e-10)
     assert state.reaction_fy == pytest.approx(-p, abs=1e-10)
     assert state.reaction_fx == pytest.approx(q, abs=1e-10)
-    assert state.reaction_m == pytest.approx(
-        reference.shoot_from_contact(pair[0], phi1, p, q)[3], abs=1e-10
-    )
-
-
-@pytest.mark.parametrize(
-    ("theta", "mu0", "x0_slip"), [(1, 0.3, 0.009337), (2, 0.4, 0.052838), (3, 0.4, 0.076423)]
-)
-def test_known_onsets_at_the_papers_height(papers, theta, mu0, x0_slip):
-    assert float(papers[theta].onset(mu0)) == pytest.approx(x0_slip, abs=6e-7)
-
-
-def test_known_locking_friction(papers):
-    assert papers[1].mu_lock == pytest.approx(0.5145, abs=5e-5)
-    assert papers[2].mu_lock == pytest.approx(0.4776, abs=5e-5)
+    m = reference.shoot_from_contact(pair[0], phi1, p, q)[3]
+    assert state.reaction_m == pytest.approx(m, abs=1e-10)
 
 
 def test_rod_comes_to_lie_along_the_surface_only_with_strong_taper(papers):
@@ -113,10 +100,7 @@ def test_friction_demand_near_locking_has_a_square_root_law(papers):
 
 
 @settings(max_examples=50, deadline=None)
-@given(
-    st.sampled_from([1, 2, 3]),
-    st.lists(st.floats(1e-6, 1.0), min_size=1, max_size=20),
-)
+@given(st.sampled_from([1, 2, 3]), st.lists(st.floats(1e-6, 1.0), min_size=1, max_size=20))
 def test_onset_needs_exactly_the_friction_there_is(papers, theta, mu0):
     curve = papers[theta]
     mu0 = np.sort(mu0)
@@ -132,16 +116,6 @@ def test_locking_begins_exactly_at_the_locking_friction(papers):
     at, above = curve.onset([curve.mu_lock, np.nextafter(curve.mu_lock, 1)])
     assert at == pytest.approx(curve.x0_lock, abs=1e-7)
     assert np.isnan(above)
-
-
-@settings(max_examples=10, deadline=None)
-@given(st.floats(1.0, 3.0), st.floats(1.0, 3.0), st.floats(0.05, 0.4))
-def test_stronger_taper_sticks_longer(theta, other, mu0):
-    low, high = sorted((theta, other))
-    if high - low < 1e-3:
-        high = low + 1e-3
-    weak, strong = solve_curves(np.array([low, high]), np.array([0.85, 0.85]))
-    assert float(weak.onset(mu0)) < float(strong.onset(mu0))
 
 
 def test_states_outside_the_curve_are_refused(papers):

@@ -73,9 +73,7 @@ def test_a_tip_that_would_slip_back_before_it_lifts_off_locks():
     ends, states = curve.motion_end(np.array([0.138, 0.15, 10.0]))
     assert ends == [End.SLIPS_BACK, End.SLIPS_BACK, End.NOT_FOLLOWED]
     assert states.mobilised_friction[:2] == pytest.approx([-0.138, -0.15])
-    assert curve.end_message.startswith(
-        "the normal force vanishes beyond x0 = 0.364367: a tip that"
-    )
+    assert "the normal force vanishes beyond x0 = 0.364367: a tip that" in curve.end_message
 
 
 def test_a_single_state_is_found_on_both_sides_of_a_kink_and_next_to_a_limit_point():

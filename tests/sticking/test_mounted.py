@@ -196,14 +196,10 @@ def test_the_ideal_mounting_is_the_paper_s_digit_by_digit():
     mixed = solve_curves(
         np.repeat(theta, 2), np.repeat(eta, 2), Contact.LINE, [Mounting(), odd] * len(theta)
     )[::2]
-    for one, other in zip(plain, mixed, strict=True):
-        assert (one.mu_lock, one.x1_init, one.residual) == (
-            other.mu_lock,
-            other.x1_init,
-            other.residual,
-        )
-        for name, values in one.pieces.states.columns.items():
-            assert np.array_equal(values, getattr(other.pieces.states, name), equal_nan=True)
+    for a, b in zip(plain, mixed, strict=True):
+        assert (a.mu_lock, a.x1_init, a.residual) == (b.mu_lock, b.x1_init, b.residual)
+        for name, values in a.pieces.states.columns.items():
+            assert np.array_equal(values, getattr(b.pieces.states, name), equal_nan=True)
 
 
 @pytest.mark.slow

@@ -54,7 +54,7 @@ def test_a_tip_slips_back_where_friction_allows_and_the_rod_snaps_where_it_does_
 
 
 @pytest.mark.slow
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.floats(1.0, 6.0), st.floats(0.5, 0.98))
 def test_the_tip_alone_never_slips_back_after_a_lock(theta, eta):
     # Where the branch turns back, tan(alpha) is still less than mu_lock.
@@ -87,7 +87,7 @@ def test_the_rod_snaps_where_the_independent_branch_turns_back(pair):
 
 
 @pytest.mark.slow
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.floats(1.0, 8.0), st.floats(0.5, 0.98), st.sampled_from(list(Contact)))
 def test_stability_is_lost_exactly_where_the_branch_turns_back(theta, eta, contact):
     curve = solve_curve(theta, eta, contact=contact)
@@ -105,7 +105,7 @@ def test_stability_is_lost_exactly_where_the_branch_turns_back(theta, eta, conta
 
 
 @pytest.mark.slow
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.floats(1.0, 12.0), st.floats(0.4, 0.98), st.sampled_from(list(Contact)))
 def test_past_the_lock_friction_demand_only_falls(theta, eta, contact):
     # There is no second maximum at which a tip that is stuck might slip forward after all.
@@ -128,15 +128,6 @@ def test_states_past_the_lock_are_those_of_single_states():
         assert states.reaction_m[i] == pytest.approx(single.reaction_m, abs=1e-9)
         assert states.s_c[i] == pytest.approx(single.s_c, abs=1e-9)
         assert states.stability[i] == pytest.approx(single.stability, abs=1e-4)
-
-
-def test_beyond_the_turning_point_there_is_no_state():
-    curve = solve_curve(1.0, 0.85)
-    assert curve.x0_end / curve.x1_init == pytest.approx(1.905, abs=1e-3)
-    state = solve_state(1.0, 0.85, curve.x1_init - curve.x0_end - 1e-4)
-    assert state.status is Status.FAILED and "may end before" in state.message
-    with pytest.raises(ValueError, match="must lie on the curve"):
-        curve.state(curve.x0_end * 1.0001)
 
 
 @pytest.mark.parametrize("contact", ["point", "line"])

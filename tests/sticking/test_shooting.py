@@ -39,13 +39,6 @@ def test_walk_recognises_locking(shot):
     assert shot.x0_end < 1.3 * shot.x0_lock
 
 
-def test_walk_above_the_locking_friction_ends():
-    states = shooting.walk(2.0, 0.85, 0.012, mu0=0.6)
-    demand = [-np.tan(state.alpha) for state in states]
-    assert max(demand) < 0.6
-    assert demand[-1] < max(demand)
-
-
 def test_walk_stops_at_the_first_state_that_slips():
     states = shooting.walk(1.0, 0.85, 0.001, mu0=0.3)
     demand = [-np.tan(state.alpha) for state in states]

@@ -26,14 +26,6 @@ def read(curve, mu0, dx0):
     return read_curve(curve, [D(mu0)], [D(dx0)])
 
 
-def test_papers_period(curve):
-    stiction = read(curve, "0.4", "0.001")
-    assert stiction.status == [Status.SLIP]
-    assert stiction.n_steps[0] == 52
-    assert stiction.x0_max[0] == 0.052
-    assert stiction.x0_slip[0] == pytest.approx(0.052838, abs=5e-7)
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.floats(0.001, 0.477), st.decimals("0.00005", "0.2", places=5))
 def test_last_step_sticks_and_the_next_one_slips(curve, mu0, dx0):
@@ -71,16 +63,6 @@ def test_step_longer_than_the_period_slips_at_once(curve):
     assert stiction.last.f[0] == stiction.init.f[0]
 
 
-def test_pairs_are_answered_in_their_order(curve):
-    mu0 = [D("0.4"), D("0.1"), D("0.5"), D("0.4")]
-    dx0 = [D("0.001"), D("0.001"), D("0.002"), D("0.002")]
-    together = read_curve(curve, mu0, dx0)
-    for i in range(4):
-        alone = read_curve(curve, [mu0[i]], [dx0[i]])
-        assert together.status[i] == alone.status[0]
-        assert np.array_equal(together.x0_max[i], alone.x0_max[0], equal_nan=True)
-
-
 def test_penetration_starts_where_the_slope_changes_sign():
     curve = solve_curve(3.0, 0.85)
     at = float(curve.mobilised_friction(curve.x0_touch))
@@ -94,9 +76,8 @@ def test_penetration_from_the_first_state():
 
 
 def test_failed_curve_gives_failed_points():
-    stiction = read(
-        failed_curve(theta=1.0, eta=0.5, method="collocation", message="why"), "0.3", "0.001"
-    )
+    failed = failed_curve(theta=1.0, eta=0.5, method="collocation", message="why")
+    stiction = read(failed, "0.3", "0.001")
     assert stiction.status == [Status.FAILED]
     assert (stiction.contact, stiction.end) == ([""], [""]) and not stiction.penetrates[0]
     assert np.isnan(stiction.init.f[0]) and np.isnan(stiction.x0_slip[0])
@@ -124,7 +105,7 @@ def bits(stiction, rows):
 
 
 def test_a_period_is_the_same_whatever_is_read_with_it(several):
-    mu0 = [D(k) / 40 for k in (1, 7, 13, 18, 19, 20, 30, 250)]
+    mu0 = [D(k) / 40 for k in (13, 1, 7, 19, 18, 250, 30, 20)]
     dx0 = [D("0.001"), D("0.0007")] * 4
     counts = [3, 8, 5, 8, 8, 8, 8, 1]
     pairs = [(mu0[:count], dx0[:count]) for count in counts]

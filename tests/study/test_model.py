@@ -80,11 +80,7 @@ def mistakes(read, text):
 
 def test_the_study_is_what_is_written(read):
     study = read(STUDY)
-    assert (study.name, study.contact, study.method) == (
-        "demo",
-        Contact.POINT,
-        Solver.COLLOCATION,
-    )
+    assert (study.name, study.contact, study.method) == ("demo", Contact.POINT, Solver.COLLOCATION)
     assert study.grids["main"].axes == {
         "theta": (1.0, 2.5),
         "mu0": (0.1, 0.2, 0.3, 0.4),
@@ -104,8 +100,7 @@ def test_the_study_is_what_is_written(read):
 
 
 @pytest.mark.parametrize(
-    "written",
-    ["[2.50, 1.0, 2.5, 1]", "{start: 1, stop: 2.5, step: 1.5}", "[1e0, '25e-1']"],
+    "written", ["[2.50, 1.0, 2.5, 1]", "{start: 1, stop: 2.5, step: 1.5}", "[1e0, '25e-1']"]
 )
 def test_the_order_and_the_spelling_of_values_do_not_matter(read, written):
     assert read(edited(("[1, 2.5]", written))).grids["main"].theta == (1.0, 2.5)
@@ -182,12 +177,7 @@ def test_keys_may_be_merged(read):
 WRONG = {
     "unknown key": ("chunk: {", "chunks: {", "5: chunks", "'chunks' is not a valid key; allowed: "),
     "in a grid": ("  main:", "  main:\n    cycles: 2", "8: grids.main.cycles", "clamp_angle, cl"),
-    "in a range": (
-        "step: 0.1",
-        "step: 0.1, n: 4",
-        "9: grids.main.mu0.n",
-        "allowed: start, step, stop",
-    ),
+    "in a range": ("step: 0.1", "step: 0.1, n: 4", "9: grids.main.mu0.n", "start, step, stop"),
     "in a figure": ("caption:", "title:", "24: figures.taper.title", "not a valid key"),
     "of another kind": ("{kind: state,", "{kind: state, grid: main,", "28: figures.state.grid", ""),
     "no study": ("study: demo", "", "", "missing 'study'"),
@@ -201,12 +191,7 @@ WRONG = {
     "chunk of mu0": ("theta: 5", "mu0: 5", "5: chunk.mu0", "should be 'theta', 'eta'"),
     "cycles 0": ("cycles: 9", "cycles: 0", "18: scans.runs.cycles", "0 is not allowed"),
     "cycles text": ("cycles: 9", "cycles: nine", "18: scans.runs.cycles", "'nine'"),
-    "theta < 1": (
-        "[1, 2.5]",
-        "[1, 0.99]",
-        "8: grids.main.theta[1]",
-        "0.99 is not allowed: input should be greater than or equal to 1",
-    ),
+    "theta < 1": ("[1, 2.5]", "[1, 0.99]", "8: grids.main.theta[1]", "0.99 is not allowed: input"),
     "theta 51": ("[1, 2.5]", "[1, 51]", "8: grids.main.theta[1]", "less than or equal to 50"),
     "theta text": ("[1, 2.5]", "[thin]", "8: grids.main.theta[0]", "'thin'"),
     "theta true": ("[1, 2.5]", "[true]", "8: grids.main.theta[0]", "True"),
@@ -234,40 +219,20 @@ WRONG = {
     "foreign theta": (", theta: 2.5", ", theta: 2", "25: figures.friction.theta", "has 1, 2.5"),
     "taper theta": ("caption:", "theta: [1, 9], caption:", "24: figures.taper.theta", "9 is not"),
     "part": ("Some words.", "'{theta[a]}'", "24: figures.taper.caption", "placeholder is wrong"),
-    "placeholder": (
-        "Some words.",
-        "'{tau}'",
-        "24: figures.taper.caption",
-        "allowed: {theta}, {mu0}",
-    ),
+    "placeholder": ("Some words.", "'{tau}'", "24: figures.taper.caption", "allowed: {theta}"),
     "open brace": ("Some words.", "'x{'", "24: figures.taper.caption", "for a brace write {{"),
     "limits": ("caption:", "axes: {x: [.nan, 1]}, caption:", "24: figures.taper.axes.x", "finite"),
     "format": ("caption:", "formats: [jpg], caption:", "24: figures.taper.formats", "'jpg'"),
     "size": ("caption:", "size: [0, 3], caption:", "24: figures.taper.size", "0 is not"),
     "no script": ("kind: taper,", "kind: script,", "24: figures.taper", "missing 'script'"),
-    "lost script": (
-        "taper, grid: main,",
-        "script, script: x.py, grid: main,",
-        "24:",
-        "there is no file x.py in",
-    ),
+    "lost script": ("taper, grid: main", "script, script: x.py, grid: main", "24:", "no file x.py"),
     "far script": ("taper, grid: main,", "script, script: ../x.py, grid: main,", "24:", "below"),
-    "two sources": (
-        "taper, grid: main,",
-        "script, script: x.py, grid: main, scan: runs,",
-        "24:",
-        "one",
-    ),
+    "sources": ("taper, grid: main", "script, script: x.py, grid: main, scan: runs", "24:", "one"),
     "several": (", theta: 2.5", "", "25: figures.friction", "friction shows one value of theta"),
     "several etas": ("[0.85]", "[0.85, 0.9]", "24: figures.taper", "one value of eta, but 'main'"),
     "name": ("study: demo", "study: a b", "2: study", "letters, digits, _ and -"),
     "key as a name": ("  main:", "  a b:", "7: grids.a b", "letters, digits, _ and -"),
-    "shooting": (
-        "contact: point\nmethod: collocation",
-        "contact: line\nmethod: shooting",
-        "4: method",
-        "allowed here: collocation",
-    ),
+    "shot": ("point\nmethod: collocation", "line\nmethod: shooting", "4: method", "allowed here"),
 }
 
 
@@ -322,11 +287,6 @@ def test_the_command_line_changes_keys_and_its_mistakes_are_its_own(read):
     assert study.text.endswith("# --config contact=line\n# --config strict=True\n")
     with pytest.raises(StudyError, match=r"^--config: contact: 'tip'"):
         read(STUDY, {"contact": "tip"})
-
-
-def test_shooting_solves_the_ideal_mounting(read):
-    study = read(edited(("method: collocation", "method: shooting")))
-    assert study.method is Solver.SHOOTING
 
 
 def test_mountings_are_refused_where_nothing_solves_or_shows_them(read):
@@ -419,7 +379,7 @@ values = st.recursive(
 
 
 @pytest.mark.slow
-@settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=100, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.sampled_from(sorted(paths_of(yaml.safe_load(STUDY)), key=str)),
     values,

@@ -133,15 +133,3 @@ def test_a_chunk_of_another_study_file_is_refused(chunk, axes, change, words):
         list(rows_of(chunk, grid, wanted, solver))
     assert f"was made from another study file, which has the line '{words}'" in str(error.value)
     assert error.value.path == chunk
-
-
-@pytest.mark.parametrize("place", [100, -200, -3000])
-def test_a_damaged_chunk_is_refused_or_read_as_it_was_written(chunk, axes, table, place):
-    """A byte that means nothing may be anything."""
-    data = bytearray(chunk.read_bytes())
-    data[place] ^= 1
-    chunk.write_bytes(data)
-    try:
-        assert pa.concat_tables(rows_of(chunk, "g", axes, SOLVER)).equals(table)
-    except DamagedTableError as error:
-        assert "delete this table and run again" in str(error)

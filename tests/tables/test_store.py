@@ -106,9 +106,7 @@ def test_what_is_no_table_of_this_kind_is_refused(tables, path):
     with pytest.raises(DamagedTableError, match="holds the table 'none', not the table 'stiction'"):
         store.read(path, STICTION)
     store.write(tables["states"], path)
-    with pytest.raises(
-        DamagedTableError, match="holds the table 'states', not the table 'stiction'"
-    ):
+    with pytest.raises(DamagedTableError, match="the table 'states', not the table 'stiction'"):
         store.read(path, STICTION)
     pq.write_table(tables["stiction"].drop_columns(["mu0"]), path)
     with pytest.raises(DamagedTableError, match="has other columns than this version"):

@@ -25,10 +25,8 @@ def seen(found, truth):
 def frame_of(truth, readings=None, interval=0.01):
     """A table as a laboratory has it."""
     readings = truth.readings if readings is None else readings
-    columns = {
-        "time [s]": interval * np.arange(len(truth.stage)),
-        "footpoint [mm]": truth.stage * LENGTH * 1e3,
-    }
+    time = interval * np.arange(len(truth.stage))
+    columns = {"time [s]": time, "footpoint [mm]": truth.stage * LENGTH * 1e3}
     return pd.DataFrame(columns | dict(zip(NAMES, (readings * UNITS).T, strict=True)))
 
 
@@ -59,9 +57,15 @@ def test_rows_without_load_check_the_tare():
     frame, _ = recorded(TITLES["nothing"], Said.NOTHING, 1)
     air = frame.iloc[:30].copy()
     air[list(NAMES)] = np.random.default_rng(1).normal(size=(30, 3)) * NOISE * UNITS
-    found = identify(Setup.read(noise=in_words(NOISE * UNITS)), pd.concat([air, frame]))
-    assert set(found.periods.doubt) == {""}
-    assert any("nothing touches the surface" in note for note in found.periods.notes)
+    # The zero drifts from the middle of these rows to the first row of the scan.
+    for parts, way in (([air, frame], 0.0), ([frame, air], 1.0)):
+        found = identify(Setup.read(noise=in_words(NOISE * UNITS)), pd.concat(parts))
+        assert set(found.periods.doubt) == {""}
+        assert any("nothing touches the surface" in note for note in found.periods.notes)
+        known = {one.parameter.name: one.parameter for one in found.estimates}
+        zero, drift = known["zero_force_x"], known["drift_force_x"].deviation
+        variance = (NOISE * UNITS)[0] ** 2 / 30 + (way + 15 / len(frame)) * drift**2
+        assert zero.stated and zero.deviation == pytest.approx(np.sqrt(variance), rel=1e-3)
 
 
 @pytest.mark.slow

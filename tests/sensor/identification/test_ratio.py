@@ -19,11 +19,7 @@ from vibrissa.sensor.simulation.scanning import path, simulate
 # 3 mN on a steel rod of 1 mm × 100 mm, steps of 20 µm.
 NOISE = np.full(3, 0.003 / plain_elastica.FORCE)
 STEP = 0.0002
-RODS = {
-    "as given": {},
-    "tilted by two degrees": {"tilt": np.deg2rad(2.0)},
-    "bent by nature": {"curvature": -0.08},
-}
+RODS = {"as given": {}, "tilted": {"tilt": np.deg2rad(2.0)}, "bent": {"curvature": -0.08}}
 
 
 @cache
@@ -111,6 +107,18 @@ def test_intervals_are_honest_on_coarse_steps(step):
     error, deviation, inside = (np.concatenate(parts) for parts in zip(*each, strict=True))
     assert inside.mean() > 0.92
     assert abs(error.mean()) < 0.2 * deviation.mean()
+
+
+def test_many_precise_samples_hide_no_slip_and_a_slip_among_them_is_named():
+    truth = simulate(respond(2.0, 0.85), surfaces.constant(0.3), path("0.0001", ["0.3"]), "free")
+    noise = 0.3 * NOISE
+    readings = truth.reactions + np.random.default_rng(1).normal(size=(len(truth), 3)) * noise
+    found = read_ratio(recording_of(truth.clamp, readings), noise)
+    assert len(found) > 5 and set(found.grade) == {""}
+    last = found.last[3]
+    readings[last - 60 : last + 1, 0] += 7.0 * noise[0]
+    found = read_ratio(recording_of(truth.clamp, readings), noise)
+    assert found.grade.tolist().index("wrong") == 3 and "a slip may be hidden" in found.doubt[3]
 
 
 def test_a_tip_that_is_pulled_back_has_the_same_friction():

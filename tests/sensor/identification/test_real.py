@@ -42,21 +42,14 @@ def clamp_of(signals):
 
 
 def found_in(whisker, frame, method="model", **options):
-    periods = identified(
-        whisker, frame, method=method, noise=NOISE, assume=False, **options
-    ).periods
-    return periods, periods.take(periods.status == "slip")
+    found = identified(whisker, frame, method=method, noise=NOISE, assume=False, **options).periods
+    return found, found.take(found.status == "slip")
 
 
-def right(slips, least=4):
+def right(slips):
     """Whether every friction is within its errors, and the intervals are no wider than needed."""
-    errors = (slips.mu0 - MU0) / slips.deviation
-    return (
-        len(slips) >= least
-        and np.abs(errors).max() < 4.5
-        and slips.deviation.max() < 5e-3
-        and not any(slips.doubt)
-    )
+    off = np.abs((slips.mu0 - MU0) / slips.deviation).max()
+    return len(slips) >= 4 and off < 4.5 and slips.deviation.max() < 5e-3 and not any(slips.doubt)
 
 
 # --- Rest and lift-off ---

@@ -16,14 +16,8 @@ from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slope import Slope
 
 WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
-NONE = Identification(
-    periods=None,
-    units=Units(),
-    by_model=True,
-    estimates=(),
-    covariance=np.zeros((0, 0)),
-    slope=Slope(),
-)
+EMPTY = {"periods": None, "units": Units(), "estimates": (), "covariance": np.zeros((0, 0))}
+NONE = Identification(by_model=True, slope=Slope(), **EMPTY)
 
 
 def summary_of(periods, setting):
@@ -81,12 +75,7 @@ def test_noise_averages_out_by_the_weights_of_a_weighted_mean():
     [
         (["open"], [0.23456], [""], ["no slip was recorded", "mu0 is at least 0.235: see"]),
         (["open", "open"], [0.2, np.nan], ["", ""], ["no slip was recorded", "at least 0.2: see"]),
-        (
-            ["open", "lock"],
-            [0.1, 0.47],
-            ["", ""],
-            ["mu0 is at least 0.47: see"],
-        ),
+        (["open", "lock"], [0.1, 0.47], ["", ""], ["mu0 is at least 0.47: see"]),
         (["unsure", "open"], [0.3, 0.2], ["wrong", ""], ["mu0 is at least 0.2: see"]),
         (["beyond"], [np.nan], [""], []),
     ],
@@ -100,12 +89,8 @@ def test_without_a_mean_the_largest_lower_bound_is_said(status, low, grade, said
     assert all(part in line for part, line in zip(said, lines, strict=True))
 
 
-CAUSE = Cause(
-    parameter=Parameter(name="eta", of="eta", deviation=0.0),
-    size=0.01,
-    deviation=0.001,
-    explained=0.9,
-)
+ETA = Parameter(name="eta", of="eta", deviation=0.0)
+CAUSE = Cause(parameter=ETA, size=0.01, deviation=0.001, explained=0.9)
 
 
 @pytest.mark.parametrize(
@@ -167,9 +152,8 @@ def test_one_period_is_its_own_mean():
 def test_wrong_periods_are_left_out_unless_most_are_wrong():
     periods = periods_of([0.3, 0.301, 0.299, 0.5], 0.001, 0.0)
     rows = np.arange(4)
-    periods = periods.doubted(
-        Check(Grade.WRONG, rows == 3, "off"), Check(Grade.DOUBTFUL, rows == 2, "far")
-    )
+    far = Check(Grade.DOUBTFUL, rows == 2, "far")
+    periods = periods.doubted(Check(Grade.WRONG, rows == 3, "off"), far)
     found = summary_of(periods, NONE)
     assert found.mean == pytest.approx(0.3) and found.used == 3
     assert found.left == {"wrong": 1} and "mean of 3 of 4 periods (left out: 1 wrong)" in str(found)

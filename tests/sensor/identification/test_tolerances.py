@@ -9,14 +9,12 @@ from typer.testing import CliRunner
 from steel import NOISE, identified, measured, recording_of, write
 from vibrissa import Mounting
 from vibrissa.cli.app import app
-from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.errors import NoResponseError
 from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.identification.forward import set_ups
 from vibrissa.sensor.simulation.scanning import path, simulate
-from vibrissa.sensor.tolerances import read_tolerances
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
-STEEL = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
 
 
 def identify(*given, **asked):
@@ -25,9 +23,8 @@ def identify(*given, **asked):
 
 
 def recorded(whisker, seed=1, scale=1.0, alone=False):
-    truth = simulate(
-        whisker.response, surfaces.random(seed, 0.3, 0.04, 0.02), path("0.0005", ["0.6"])
-    )
+    surface = surfaces.random(seed, 0.3, 0.04, 0.02)
+    truth = simulate(whisker.response, surface, path("0.0005", ["0.6"]))
     readings = measured(scale * truth.reactions, [seed, 2])
     if alone:
         readings[:, :2] = np.nan
@@ -160,49 +157,6 @@ def test_a_clamp_does_not_yield_less_than_a_rigid_one():
     (adjusted,) = [one.size for one in found.estimates if one.parameter.of == "clamp_compliance"]
     assert adjusted >= 0.0
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
-
-
-def test_tolerances_are_read_with_units_and_in_per_cent():
-    found = read_tolerances(
-        STEEL.units,
-        {
-            "modulus": "5 GPa",
-            "diameter": "1 %",
-            "length": "0.1 mm",
-            "theta": "5 %",
-            "eta": "0.1 mm",
-            "clamp_angle": "0.5 deg",
-            "stage_scale": 0.01,
-        },
-        STEEL,
-    )
-    assert found == pytest.approx(
-        {
-            "modulus": 5 / 210,
-            "diameter": 0.01,
-            "length": 0.001,
-            "theta": 0.1,
-            "eta": 0.001,
-            "clamp_angle": np.deg2rad(0.5),
-            "stage_scale": 0.01,
-        }
-    )
-
-
-@pytest.mark.parametrize(
-    "given, message",
-    [
-        ({"tilt": 0.1}, "a tolerance must be for one of theta, eta, clamp_angle"),
-        ({"theta": "x"}, "the tolerance of theta must be a number"),
-        ({"theta": -0.1}, "the tolerance of theta must not be negative"),
-        ({"eta": "2 deg"}, "the tolerance of eta must be a length"),
-        ({"zero_force_x": "2 %"}, "is 2 %, but zero_force_x is 0 or not given"),
-        ({"clamp_angle": "2 %"}, "the tolerance of clamp_angle is 2 %, but clamp_angle is 0"),
-    ],
-)
-def test_what_is_no_tolerance_is_refused(given, message):
-    with pytest.raises(ArgumentError, match=message):
-        read_tolerances(STEEL.units, given, STEEL)
 
 
 @pytest.mark.slow

@@ -93,14 +93,8 @@ def test_settings_of_a_file_are_those_of_the_options(reading, tmp_path):
 
 def test_the_load_is_that_of_the_rod_within_the_errors_of_the_zeros():
     found = import_recording(LABORATORY.read_bytes(), Settings.read(SETTINGS))
-    signals = scan(
-        MADE["WHISKER"],
-        surfaces.constant(0.3),
-        step="20 um",
-        to=["15 mm"],
-        law="kinetic",
-        kinetic_ratio=0.8,
-    )
+    asked = {"step": "20 um", "to": ["15 mm"], "law": "kinetic", "kinetic_ratio": 0.8}
+    signals = scan(MADE["WHISKER"], surfaces.constant(0.3), **asked)
     read = np.stack([found.values[name] for name in CHANNELS], axis=1)
     error = (read - signals.readings).mean(axis=0)
     zero = np.array([found.zeros[name].deviation for name in CHANNELS])
@@ -213,9 +207,7 @@ FORCE = {"force_x": "Fx [N]"}
     ],
 )
 def test_mistakes_are_named_together(columns, settings, snapshot):
-    text = file_of(
-        [np.arange(8), np.arange(8) / 1e3, np.full(8, 2.0), np.full(8, -1.0)], "t;x;Fx;Fy"
-    )
+    text = file_of([np.arange(8), np.arange(8) / 1e3, np.full(8, 2), -np.ones(8)], "t;x;Fx;Fy")
     with pytest.raises(VibrissaError) as caught:
         imported(text, columns, **settings)
     assert str(caught.value) == snapshot
@@ -228,10 +220,7 @@ def test_mistakes_are_named_together(columns, settings, snapshot):
         ({"tare": "28 mm, 99 m"}, "the tare has fewer than 3 readings of force_x"),
         ({"moment_origin": "1 mm, 0 mm"}, "there is no column moment_z"),
         ({"begin": "4 m"}, "no row is left between --from and --to"),
-        (
-            {"tare": "0 s, 2 s"},
-            "there is no column time: .*; if the file has none, give --rate '50 Hz'",
-        ),
+        ({"tare": "0 s, 2 s"}, "no column time: .*; if the file has none, give --rate '50 Hz'"),
     ],
 )
 def test_settings_that_do_not_fit_the_file_are_refused(settings, message):

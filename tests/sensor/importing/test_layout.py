@@ -81,14 +81,8 @@ def test_bytes_are_no_text():
 @pytest.mark.parametrize(
     ("cells", "message"),
     [
-        (
-            ["1,234", "2,345", "12,250", "9"],
-            r"line 2: the separator in '1,234' may mark decimals or thousands: add --decimal",
-        ),
-        (
-            ["9", "2.345", "12.250", "9"],
-            r"line 3: the separator in '2.345' may mark decimals or thousands",
-        ),
+        (["1,234", "2,345", "12,250", "9"], "line 2: .*'1,234' may mark .*: add --decimal"),
+        (["9", "2.345", "12.250", "9"], "line 3: the separator in '2.345' may mark decimals or"),
         (["1,5", "2.5", "3,5", "4"], "line 3: force_x must be empty or a number.*, got '2.5'"),
         (["1,5", "2.5", "3,5", "4.5"], "line 2: force_x .*, got '1,5'\n.*line 4: force_x"),
         (["1,5", "OVLD", "3", "4"], "line 3: force_x must be empty or .*got 'OVLD'"),
@@ -129,14 +123,8 @@ def test_a_leading_zero_is_before_decimals():
         (lambda lines: lines[1:], "no column Weg"),
         (lambda lines: lines[:2], "no table was found; needed: at least 2 columns and 3 rows"),
         (lambda lines: ["Weg;Fx;Fx", *lines[1:]], "several columns are called Fx"),
-        (
-            lambda lines: [line.replace(";", ",") for line in lines],
-            "the columns are: #1, #2, #3, #4, #5, #6$",
-        ),
-        (
-            lambda lines: [*lines, *lines[1:], '0,05;"1;2', *lines[1:]],
-            "line 10: unpaired quotes",
-        ),
+        (lambda lines: [line.replace(";", ",") for line in lines], "columns are: #1, .*, #5, #6$"),
+        (lambda lines: [*lines, *lines[1:], '0,05;"1;2', *lines[1:]], "line 10: unpaired quotes"),
         (lambda lines: [*lines, "lost;a;b", *lines[1:], *lines[1:]], "line 6: .* got 'lost'"),
     ],
 )

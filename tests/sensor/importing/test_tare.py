@@ -33,8 +33,7 @@ def tolerances_of(found):
     return {one.of: one.deviation for one in stated if one.of in ZEROS}
 
 
-@pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
-@pytest.mark.parametrize("whisker", [WHISKER, None])
+@pytest.mark.parametrize(("whisker", "name"), [(WHISKER, "a.csv"), (None, "a.parquet")])
 def test_identify_reads_the_errors_of_the_zeros(tmp_path, signals, whisker, name):
     series.write(tmp_path / name, Given(signals, HEADER))
     told = ZEROS
@@ -74,13 +73,8 @@ def laboratory(free, lowered, signals, rest=60, offset=(0.3, -0.1, 5e-3), seed=1
     """A file: the rod in air, lowered, at rest on the surface, and moved; zeros are not zero."""
     loads = np.stack([signals[name].values for name in CHANNELS], axis=1)
     first = loads[0]
-    before = np.concatenate(
-        [
-            np.zeros((free, 3)),
-            np.linspace(0, 1, lowered)[:, None] * first,
-            np.tile(first, (rest, 1)),
-        ]
-    )
+    ramp = np.linspace(0, 1, lowered)[:, None] * first
+    before = np.concatenate([np.zeros((free, 3)), ramp, np.tile(first, (rest, 1))])
     noise = np.random.default_rng(seed).normal(0.0, [3e-3, 3e-3, 1e-4], (len(before), 3))
     readings = np.concatenate([before + noise, loads]) + offset
     clamp = np.concatenate([np.zeros(len(before)), signals["footpoint"].values])

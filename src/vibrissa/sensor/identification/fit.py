@@ -192,8 +192,13 @@ class Fit:
 
     @property
     def degrees(self) -> int:
-        """Degrees of freedom of the fitted periods."""
-        return int(self.rows.sum()) * len(self.task.used) - int(self.kept.sum())
+        """Degrees of freedom of the `misfits` of the fitted periods."""
+        return int(self.rows.sum()) * len(self.task.used) - self.per_period * int(self.kept.sum())
+
+    @property
+    def per_period(self) -> int:
+        """Number of quantities fitted in each period: the contact point, and its height if told."""
+        return 2 if self.task.slope.deviation else 1
 
     @cached_property
     def squares(self) -> FloatArray:
@@ -243,8 +248,8 @@ class Fit:
     def fits_alone(self) -> BoolArray:
         """Whether the readings of each period fit a tip that sticks at one place, shape (p,)."""
         blocks = np.bincount(self.task.blocks.period)
-        free = 2 if self.task.slope.deviation else 1
-        chance = chdtrc(np.maximum(len(self.task.used) * blocks - free, 1), self.misfits)
+        degrees = len(self.task.used) * blocks - self.per_period
+        chance = chdtrc(np.maximum(degrees, 1), self.misfits)
         return np.asarray(chance >= UNLIKELY)
 
 

@@ -106,10 +106,11 @@ class Goodness:
     def of(cls, fit: Fit) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
         heights, number = fit.unevenness
-        differences = len(fit.task.recording) * len(fit.task.used)
+        positions = 1 + np.count_nonzero(np.diff(fit.task.recording.clamp))
+        differences = positions * len(fit.task.used)
         return cls(
             chi2=fit.misfit - heights,
-            degrees=fit.degrees - number,
+            degrees=fit.degrees,
             noise_degrees=np.inf if fit.task.noise_is_given else PER_DIFFERENCE * differences,
             uneven=number > 0 and chdtrc(number, heights) < LEVEL,
         )
@@ -177,11 +178,12 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
         size[free] = fit.p[free] / part
         deviation[free] = fit.sigma[free] * np.sqrt(left / part)
         fall[free] = named[free] * fit.scores**2 / part
-    excess = float((fit.scores**2).sum()) if fits else fit.misfit - fit.degrees
+    degrees = fit.degrees + fit.unevenness[1]
+    excess = float((fit.scores**2).sum()) if fits else fit.misfit - degrees
     if excess <= 0.0:
         return ()  # nothing to explain
     explained = np.minimum(fall / excess, 1.0)
-    off = max(fit.misfit / max(fit.degrees, 1), 1.0)
+    off = max(fit.misfit / max(degrees, 1), 1.0)
     likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -explained[k])
     return tuple(
         Cause(

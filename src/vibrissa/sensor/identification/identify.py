@@ -114,7 +114,11 @@ def identify(
     task = task_of(given, setup, rod, sensor, units)
     found = _read(task) if rod is None else _read_both(task, rod, method)
     # The slope of the surface changes the friction by both methods alike.
-    return replace(found, periods=found.periods.on_slope(found.slope))
+    found = replace(found, periods=found.periods.on_slope(found.slope))
+    if found.beside is None:
+        return found
+    deviation = np.hypot(found.beside.deviation, found.slope.errors(found.beside.ratio))
+    return replace(found, beside=replace(found.beside, deviation=deviation))
 
 
 def _read(task: Task) -> Identification:

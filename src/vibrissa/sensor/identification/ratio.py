@@ -205,6 +205,9 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
         noise = np.hypot(noise, np.nan_to_num(growth) * position)
     fits = [fitted_forces(window, noise, step, n) for n in range(1, MOST_DEGREE + 2)]
     best = min((_corrected(low, high) for low, high in pairwise(fits)), key=lambda one: one.error)
+    # Of many samples even a good polynomial is not likely: a slip is hidden where none is.
+    likely = min(fits, key=lambda one: int((one.chance <= UNLIKELY).sum()))
+    best = replace(best, chance=likely.chance)
     # The middle of the step in which the tip slips is the mean of two positions.
     way = np.where(gap != 0.0, np.abs(gap), np.inf)
     by_position = np.abs(best.along[:, 2] - best.along[:, 0]) / way * position / np.sqrt(2.0)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -36,6 +37,9 @@ STEPS = 9
 OUTLIER = 4.0
 # Number of stretches of lines that a note lists.
 LISTED = 5
+# Least way back of a noisy clamp that turns, in standard deviations of one position: the noise of
+# the averaged positions comes to half of it.
+TURN = 6.0
 # A row belongs to the rows without load up to this many median deviations from their median.
 TOUCHES = 7.0
 
@@ -88,6 +92,8 @@ class Recording(Batch):
         the scan begins in the first row, after it; empty if there are no rows without load.
     air_rows : int
         Number of rows over which `air` is the mean.
+    air_way : float
+        Rows from the middle of these rows to the first row of the scan, as part of the scan's rows.
     slip_rows, delay : float
         Duration of a slip, and delay of the readings, both in samples.
     position : float
@@ -102,14 +108,20 @@ class Recording(Batch):
     zeros: Mapping[str, str] = field(default_factory=dict)
     air: tuple[float, ...] = ()
     air_rows: int = 0
+    air_way: float = 0.0
     slip_rows: float = 0.0
     delay: float = 0.0
     position: float = 0.0
 
-    @property
+    @cached_property
     def smooth(self) -> FloatArray:
         """Clamp positions, averaged over some samples if they are noisy (L)."""
         return _averaged(self.clamp) if self.position else self.clamp
+
+    @cached_property
+    def direction(self) -> FloatArray:
+        """Direction of the clamp's motion between successive samples, 1 or −1, shape (n − 1,)."""
+        return direction(self.smooth, TURN * self.position)
 
     @property
     def lag(self) -> FloatArray:
@@ -123,6 +135,27 @@ class Recording(Batch):
     def naming(self, rows: Index, why: str) -> Self:
         """Return a copy with a note that says which rows are left out, and why."""
         return self.noted(*left_out(self.line[rows], why))
+
+
+def direction(clamp: FloatArray, noise: float) -> FloatArray:
+    """Direction of the clamp's motion between successive samples, 1 or −1, shape (n − 1,).
+
+    A clamp with a `noise` (L) of its positions turns only if it goes back by more than the noise.
+    Without noise, the direction of the last motion holds while the clamp rests; for a rest at the
+    beginning, that of the first motion.
+    """
+    from scipy.signal import find_peaks  # half a second to load
+
+    signs = np.sign(np.diff(clamp))
+    if noise:
+        peaks = [find_peaks(way * clamp, prominence=noise)[0] for way in (1.0, -1.0)]
+        turns = np.concatenate([[0], np.sort(np.concatenate(peaks)), [len(signs)]])
+        signs = np.repeat(np.sign(np.diff(clamp[turns])), np.diff(turns))
+    moving = np.flatnonzero(signs)
+    if not len(moving):
+        return np.ones(len(signs))
+    before = np.searchsorted(moving, np.arange(len(signs)), side="right") - 1
+    return np.asarray(signs[moving[np.maximum(before, 0)]])
 
 
 def _averaged(values: FloatArray) -> FloatArray:
@@ -222,7 +255,9 @@ def _scanned(recording: Recording, used: list[int]) -> Recording:
     air = air[~(off > TOUCHES * np.maximum(np.median(off, axis=0), least)).any(axis=1)]
     if not len(air):
         return recording
-    return replace(recording, air=tuple(air.mean(axis=0).tolist()), air_rows=len(air))
+    way = 0.5 * len(air) / max(len(recording), 1) + (loaded.start == 0)
+    mean = tuple(air.mean(axis=0).tolist())
+    return replace(recording, air=mean, air_rows=len(air), air_way=way)
 
 
 def _zeros(table: series.Table) -> tuple[dict[str, str], FloatArray]:
@@ -264,11 +299,12 @@ def table_of(source: "Path | DataFrame", method: Method) -> series.Table:
 
 def _interval(table: series.Table) -> float:
     """Return the median time from row to row (s); NaN if it is not known."""
-    steps = np.diff(table.columns.get("time", np.empty(0)))
-    late = ~(steps > 0.0)
-    if late.any():
+    time = table.columns.get("time", np.empty(0))
+    rows = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[rows])
+    if (late := ~(steps > 0.0)).any():
         raise RecordingError(
-            f"{table.place(int(np.argmax(late)) + 1)}: time does not increase; sort the table, or "
+            f"{table.place(int(rows[1:][late][0]))}: time does not increase; sort the table, or "
             "leave the column out"
         )
     if "time" not in table.units or not len(steps):
@@ -295,16 +331,26 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
     return (f"{why} in {counted(len(lines), 'row')}, left out: line {', '.join(shown + more)}",)
 
 
-def noise_of(readings: FloatArray) -> FloatArray:
-    """Estimate the noise of each channel from second differences; outliers (slips) are left out."""
+def noise_of(readings: FloatArray, clamp: FloatArray | None = None) -> FloatArray:
+    """Estimate the noise of each channel from second differences; outliers (slips) are left out.
+
+    With the positions of the clamp, shape (n,), readings at one position are averaged first: what
+    a step of the clamp changes is no noise.
+    """
     from scipy.special import ndtri  # half a second to load
 
-    second = np.abs(np.diff(readings, n=2, axis=0))
+    starts = np.arange(len(readings))
+    if clamp is not None and len(clamp):
+        starts = np.flatnonzero(np.append(1.0, np.diff(clamp)))
+    count = np.diff(starts, append=len(readings))[:, None]
+    readings = np.add.reduceat(readings, starts) / count if len(starts) else readings
+    # Variance of a second difference, if one reading has the variance 1.
+    variance = 1.0 / count[:-2] + 4.0 / count[1:-1] + 1.0 / count[2:]
+    second = np.abs(np.diff(readings, n=2, axis=0)) / np.sqrt(variance)
     if not len(second):
         return np.full(readings.shape[1], np.nan)
     rough = np.median(second, axis=0) / ndtri(0.75)
     usual: BoolArray = second <= OUTLIER * rough
     squares = np.where(usual, second**2, 0.0).sum(axis=0)
     with np.errstate(invalid="ignore"):
-        # The second difference of three readings has 1 + 4 + 1 times their variance.
-        return np.sqrt(squares / (6.0 * usual.sum(axis=0)))
+        return np.sqrt(squares / usual.sum(axis=0))

@@ -39,6 +39,8 @@ class Beside:
         Mean of μ0 by the model less μ0 by the ratio, and the standard deviation of this mean. If
         the methods disagree in fewer than half of the periods, these periods are left out. NaN if
         fewer than `FEWEST` periods can be compared.
+    number : int
+        Number of periods in the mean.
     off : ndarray of bool, shape (p,)
         Whether the methods disagree in each period; true in all periods if the means disagree.
     """
@@ -48,6 +50,7 @@ class Beside:
     off: BoolArray
     difference: float
     spread: float
+    number: int
 
     @property
     def agrees(self) -> bool:
@@ -56,12 +59,12 @@ class Beside:
 
     def __str__(self) -> str:
         """Format the difference as a line."""
-        number, within = int(np.isfinite(self.ratio).sum()), f"within {MEANS:g} standard deviations"
+        within = f"within {MEANS:g} standard deviations"
         verdict = f"they agree {within}" if self.agrees else "they disagree: one of them is wrong"
         return (
             "the model of the rod and the ratio of the forces differ by "
             f"{self.difference:+.2g} ± {self.spread:.2g} in mu0, the mean of "
-            f"{counted(number, 'period')}: {verdict}"
+            f"{counted(self.number, 'period')}: {verdict}"
         )
 
 
@@ -166,9 +169,9 @@ def beside(model: Identification, ratio: Identification) -> Beside:
     by_step = np.abs(one.by_step - other.by_step)
     alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + other.common**2))
     difference = spread = np.nan
+    # A single period that disagrees does not make all periods doubtful.
+    kept = known & ~alone if 2 * alone.sum() < known.sum() else known
     if known.sum() >= FEWEST:
-        # A single period that disagrees does not make all periods doubtful.
-        kept = known & ~alone if 2 * alone.sum() < known.sum() else known
         effect = other.effects[kept].mean(axis=0)[None]
         variance = common_deviation(effect, ratio.covariance)[0] ** 2
         variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
@@ -179,4 +182,5 @@ def beside(model: Identification, ratio: Identification) -> Beside:
         off=alone | (abs(difference) > MEANS * spread),
         difference=difference,
         spread=spread,
+        number=int(kept.sum()),
     )

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import find_peaks
+from scipy.stats import trim_mean
 
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
@@ -122,17 +123,17 @@ class Ends(Batch):
     sign: FloatArray
 
 
-def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
+def spikes(readings: FloatArray, way: FloatArray) -> BoolArray:
     """Find lone spikes: samples with a reading far from the one before and the one after it.
 
     The reading before and the reading after a spike agree with each other.
 
     Parameters
     ----------
-    clamp : ndarray, shape (n,)
-        Positions of the clamp (L).
     readings : ndarray, shape (n, 3)
         Readings, divided by their standard deviations; NaN for a channel that is not used.
+    way : ndarray, shape (n − 1,)
+        Direction of the clamp's motion between successive samples.
 
     Returns
     -------
@@ -145,7 +146,6 @@ def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
     # If successive samples are all far from their neighbours, the tip slips in every other step.
     alone = lone[1:-1] & ~(lone[2:] | lone[:-2])
     # The load also has a peak where the clamp turns, and where a slip follows.
-    way = direction(clamp)
     peak = ((after - before) * FALLING * way[:-1, None] > FALL).any(axis=1) | (way[1:] != way[:-1])
     return np.pad(alone.any(axis=1) & ~peak, 1)
 
@@ -168,12 +168,13 @@ def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
     return np.array(begins), np.array([*ends, len(falls)])
 
 
-def _spans(clamp: FloatArray, falls: FloatArray) -> Spans:
+def _spans(recording: Recording, falls: FloatArray) -> Spans:
     """Find the periods, at least one; periods of a single sample are left out.
 
     A period is also cut where samples are missing and the load rises less than in sticking.
     """
     begins, ends = _slips(falls)
+    clamp = recording.smooth
     steps, usual = np.abs(np.diff(clamp)), usual_step(clamp)
     moves = steps > 0.0
     rise = np.median(-falls[moves] / steps[moves]) * steps if moves.any() else steps
@@ -184,7 +185,7 @@ def _spans(clamp: FloatArray, falls: FloatArray) -> Spans:
     ends = np.sort(np.append(ends, last))
     after = np.minimum(ends + 1, len(clamp) - 1)
     # A new pass: one step as long as many usual steps, against the motion before and after it.
-    way = np.append(direction(clamp), 0.0)
+    way = np.append(recording.direction, 0.0)
     turned = (way[ends] * way[np.maximum(ends - 1, 0)] < 0.0) & (way[ends] * way[after] < 0.0)
     found = Spans(
         begins=np.sort(np.append(begins, last + 1)),
@@ -208,7 +209,7 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     """
     readings, clamp = recording.readings / noise, recording.smooth
     load = readings[:, 0] if np.isfinite(noise[FORCES]).all() else -readings[:, MOMENT]
-    falls = np.diff(load) * direction(clamp)
+    falls = np.diff(load) * recording.direction
     usual = np.abs(np.diff(clamp)) <= LOST * usual_step(clamp)
     # With coarse samples the load rises in every step: subtract the median rise.
     sudden = falls - np.median(falls)
@@ -232,20 +233,6 @@ def usual_step(clamp: FloatArray) -> float:
     return float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
 
 
-def direction(clamp: FloatArray) -> FloatArray:
-    """Direction of the clamp's motion between successive samples, 1 or −1, shape (n − 1,).
-
-    While the clamp rests, the direction of the last motion before the rest holds. For a rest at
-    the beginning, the direction of the first motion holds.
-    """
-    signs = np.sign(np.diff(clamp))
-    moving = np.flatnonzero(signs)
-    if not len(moving):
-        return np.ones(len(signs))
-    before = np.searchsorted(moving, np.arange(len(signs)), side="right") - 1
-    return np.asarray(signs[moving[np.maximum(before, 0)]])
-
-
 def position_noise(clamp: FloatArray) -> float:
     """Estimate the standard deviation of one clamp position (L); 0 if positions have no noise.
 
@@ -264,7 +251,7 @@ def before_swing(recording: Recording, spans: Spans, noise: FloatArray) -> tuple
     """
     forces = recording.readings[:, :2]
     last, first = spans.ends[:-1], spans.begins[1:]
-    way = direction(recording.smooth)[last]
+    way = recording.direction[last]
     before, after = way * forces[last, 0], way * forces[first, 0]
     # Nor is a force that may be noise a reason to leave out the rest.
     turned = (before < 0.0) & (after > np.maximum(-TURNED * before, FALL * noise[0]))
@@ -290,7 +277,7 @@ def ends_of(recording: Recording, spans: Spans) -> Ends:
     last, unseen = clamp[spans.ends], spans.cut | spans.passes
     gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)
     step = np.minimum(spans.ends - unseen, len(clamp) - 2)
-    sign = direction(recording.smooth)[np.maximum(step, 0)]
+    sign = recording.direction[np.maximum(step, 0)]
     if position:
         usual = sign * usual_step(recording.smooth)
         same = (np.abs(gap - usual) < ANOTHER * position) & ~unseen
@@ -313,11 +300,11 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
         laterally, the numbers of the rows after the buckling follow.
     """
     recording = replace(recording, position=position_noise(recording.clamp))
-    spiky = spikes(recording.smooth, recording.readings / noise)
+    spiky = spikes(recording.readings / noise, recording.direction)
     row = np.flatnonzero(~spiky)
     recording = recording.naming(spiky, "a lone spike").take(row)
-    falls = np.diff(load_of(recording, noise)) * direction(recording.smooth)
-    spans = _spans(recording.smooth, falls)
+    falls = np.diff(load_of(recording, noise)) * recording.direction
+    spans = _spans(recording, falls)
     why = "periods too short for the noise of the readings (record the moment, or reduce the noise)"
     recording, spans = before_swing(recording.naming(spans.between, why), spans, noise)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
@@ -334,13 +321,18 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     This load has the sign of force_x, unlike the load in the description of this module. It
     decreases while a clamp that moves forward bends the rod.
     """
-    readings, way = recording.readings / noise, direction(recording.smooth)
+    readings, way = recording.readings / noise, recording.direction
     both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])
     # The moment shows the load with the other sign, and mostly with less noise.
     loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
     # The weight of each channel is its rise relative to its noise.
-    rises = np.maximum([-np.median(np.diff(one) * way) for one in loads], TINY)
+    rises = np.maximum([_usual(-np.diff(one) * way) for one in loads], TINY)
     return np.asarray(rises @ loads / np.linalg.norm(rises))
+
+
+def _usual(changes: FloatArray) -> float:
+    """Median of changes; if most readings are equal, the mean of the middle half of the changes."""
+    return float(np.median(changes) or trim_mean(changes, 0.25))
 
 
 def _settled(recording: Recording, spans: Spans, early: int, late: int) -> tuple[Recording, Spans]:

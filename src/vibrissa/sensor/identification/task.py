@@ -91,7 +91,7 @@ class Task:
 
     def noisier(self) -> Iterator[str]:
         """Write a note on each channel whose readings scatter more than its stated noise allows."""
-        scatter = noise_of(self.recording.readings)
+        scatter = noise_of(self.recording.readings, self.recording.clamp)
         for i in np.flatnonzero(scatter > NOISIER * self.noise):
             more, stated = (
                 self.units.spelled(one[i], CHANNEL_KINDS[i], 2) for one in (scatter, self.noise)
@@ -156,7 +156,8 @@ def task_of(
         If the readings have no measurable noise.
     """
     given = _noise(setup, transducer, units)
-    known = _measurable(noise_of(recording.readings) if given is None else given, recording)
+    scatter = noise_of(recording.readings, recording.clamp) if given is None else given
+    known = _measurable(scatter, recording)
     assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
         read, known = whisker.tolerances, np.maximum(known, LEAST_FITTED)
@@ -169,7 +170,8 @@ def task_of(
             )
     stated = {**read_tolerances(units, recording.zeros, whisker), **read}
     length = OWN_SLOPE_LENGTH if units.nondimensional else SLOPE_LENGTH / units.unit(Kind.LENGTH)
-    recording, sizes = _tared(recording, known, {**assumed, **stated}, stated)
+    recording, zeros = _tared(recording, known, {**assumed, **stated}, stated)
+    sizes, stated = {**assumed, **stated, **zeros}, {**stated, **zeros}
     recording, spans, row = find_slips(recording, known)
     full_scale = _full_scale(recording, transducer, units)
     return Task(
@@ -187,18 +189,24 @@ def task_of(
 def _tared(
     recording: Recording, noise: FloatArray, sizes: dict[str, float], stated: Mapping[str, float]
 ) -> tuple[Recording, dict[str, float]]:
-    """Subtract the mean of the rows without load as the zero, unless the zero is stated."""
+    """Subtract the mean of the rows without load as the zero, unless the zero is stated.
+
+    Return the tolerances of these zeros, too. A zero drifts on the way to the first row of the
+    scan, from where the drift of the scan counts.
+    """
     used = np.flatnonzero(np.isfinite(noise)).tolist()
     own = [i for i in used if sizes.get(ZEROS[i]) and ZEROS[i] not in stated]
     if not (own and recording.air_rows):
-        return recording, sizes
-    zeros, deviation = np.zeros(len(CHANNELS)), noise / np.sqrt(recording.air_rows)
+        return recording, {}
+    zeros = np.zeros(len(CHANNELS))
+    drifts = np.array([sizes.get(f"drift_{name}", 0.0) for name in CHANNELS])
+    variance = noise**2 / recording.air_rows + drifts**2 * recording.air_way
     zeros[own] = np.array(recording.air)[own]
     recording = replace(recording, readings=recording.readings - zeros)
     recording = recording.noted(
         "the zeros of the channels are the means of their readings without load"
     )
-    return recording, sizes | {ZEROS[i]: float(deviation[i]) for i in own}
+    return recording, {ZEROS[i]: float(np.sqrt(variance[i])) for i in own}
 
 
 def _noise(setup: Setup, transducer: Transducer | None, units: Units) -> FloatArray | None:
