@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 import vibrissa
 from rod_states import made_states
-from vibrissa import Status, solve_state, stick_slip
+from vibrissa import Mounting, Status, solve_state, stick_slip
 from vibrissa.mechanics.admissibility import BELOW, CROSSES_ITSELF, CROSSES_SURFACE, clearances
 from vibrissa.mechanics.equations import shape
 from vibrissa.numerics.spectral import gauss_rule
@@ -257,6 +257,15 @@ def test_points_of_a_curve_that_ends_before_its_lock_slip_or_are_out_of_reach():
     curve = solve_curve(2.0, 0.15)
     assert len(stick_slip(curve, 0.3, 0.01, cycles=2).step) == 11
     assert stick_slip(curve, 5.0, 0.01, cycles=2).status is Status.OUT_OF_REACH
+
+
+@pytest.mark.parametrize(("eta", "hangs"), [(0.3, False), (0.15, True)])
+def test_a_tail_does_not_hang_below_the_clamp(eta, hangs):
+    curve = solve_curve(1.0, eta, contact="line", mounting=Mounting(curvature=-1.0))
+    assert ("below the level of its clamp" in curve.message) == hangs
+    if not hangs:
+        tail = 1.0 - curve.state(0.0).s_c
+        assert tail > 0.4 and 1.0 - np.cos(tail) < eta
 
 
 def test_a_rod_has_no_tail_beyond_its_tip():

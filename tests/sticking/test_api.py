@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -67,7 +68,7 @@ def test_shape_ends_at_the_contact_point():
     assert (x[0], y[0], phi[0]) == pytest.approx((0.0, 0.0, np.pi / 2))
 
 
-@pytest.mark.parametrize(("theta", "part"), [(8.0, 0.9), (2.0, -0.5)])
+@pytest.mark.parametrize(("theta", "part"), [(8.0, 0.85), (2.0, -0.5)])
 def test_a_state_far_from_the_first_one_is_reached(theta, part):
     state = solve_state(theta, 0.3, part * np.sqrt(1.0 - 0.3**2), "line")
     assert state.status is Status.SOLVED and state.residual < 1e-12
@@ -80,6 +81,24 @@ def test_state_beyond_the_branch_is_failed_and_says_so():
     assert np.isnan(state.f)
     with pytest.raises(ValueError, match="no shape"):
         state.shape()
+
+
+def test_a_surface_does_not_pull():
+    assert -0.2 < solve_state(2.0, 0.85, 0.443).reaction_fy < 0.0
+    for x1 in (0.445, 0.5):
+        state = solve_state(2.0, 0.85, x1)
+        assert state.status is Status.OUT_OF_REACH and "would have to pull" in state.message
+
+
+def test_a_shape_has_no_places_beyond_the_rod():
+    with pytest.raises(ArgumentError, match=r"between 0 and 1 \(L\), got \[1\.5\]"):
+        solve_state(2.0, 0.85, 0.4).shape(np.array([1.5]))
+
+
+def test_a_tip_that_is_never_pushed_forward_is_out_of_reach():
+    mounting = Mounting(stage_angle=np.radians(-40.0))
+    curve = solve_curve(1.0, 0.85, mounting=mounting, section="planar")
+    assert curve.status is Status.OUT_OF_REACH and "never pushed forward" in curve.message
 
 
 def test_onset_that_slips():
@@ -128,13 +147,14 @@ def test_onset_out_of_reach_says_why():
         ({"eta": 1.0}, "eta"),
         ({"mu0": 0.0}, "mu0"),
         ({"mu0": -0.1}, "mu0"),
-        ({"mu0": float("inf")}, "mu0 must be positive and finite, got inf"),
-        ({"mu0": float("nan")}, "mu0 must be positive and finite, got nan"),
-        ({"dx0": float("inf")}, "dx0 must be positive and finite, got inf"),
+        ({"mu0": float("inf")}, "mu0 must be finite, got inf"),
+        ({"mu0": Decimal("nan")}, "mu0 must be finite, got Decimal"),
+        ({"theta": 10**400}, "theta must be finite, got 1000"),
+        ({"dx0": float("inf")}, "dx0 must be finite, got inf"),
         ({"dx0": 0.0}, "dx0"),
         ({"method": "magic"}, "method"),
         ({"section": "square"}, "section"),
-        ({"method": "shooting", "dx0": None}, "shooting needs a positive and finite step dx0"),
+        ({"method": "shooting", "dx0": None}, "shooting needs a positive step dx0"),
     ],
 )
 def test_arguments_out_of_range_are_refused_by_name(arguments, named):
@@ -204,8 +224,13 @@ def test_a_travel_that_no_period_of_this_rod_has_is_refused():
         friction_from_travel(2.0, 0.85, 0.1, 0.0)
     with pytest.raises(ArgumentError, match=r"lock of this rod is not known: .* not press on"):
         friction_from_travel(1.0, 0.85, 0.001, 0.001, mounting=Mounting(clamp_angle=-1.2))
-    with pytest.raises(ArgumentError, match="does not determine the friction"):
-        mounting = Mounting(stage_angle=-0.36, curvature=-0.3)
+    mounting = Mounting(stage_angle=-0.36, curvature=-0.3)
+    with pytest.raises(ArgumentError, match=r"no friction lets the tip slip in .* x0_max = 0\.2"):
         friction_from_travel(2.0, 0.85, 0.2, 0.01, mounting=mounting)
+    # Over a largest −tan α within the step: these coefficients, and no others, slip in it.
+    low, high = friction_from_travel(2.0, 0.85, 0.0771, 0.1, mounting=mounting)
+    curve_of_it = solve_curve(2.0, 0.85, mounting=mounting)
+    inside = curve_of_it.onset(np.array([low + 1e-9, high - 1e-9, high + 1e-9]))
+    assert 0.0771 < inside[0] < inside[1] < 0.12 and inside[2] > 0.2
     # Within the last step the tip may lock.
     assert friction_from_travel(2.0, 0.85, 0.145, 0.001).high == curve.mu_lock

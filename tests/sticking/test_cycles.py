@@ -87,6 +87,12 @@ def test_a_rod_that_has_swung_aside_is_in_equilibrium_with_its_mirrored_loads(fl
     assert (np.abs(np.tan(state.alpha)) <= 0.9).all() and (state.stability_aside > 0).all()
 
 
+def test_a_scan_says_why_it_has_fewer_cycles():
+    planar = stick_slip(solve_curve(2.0, 0.85, section="planar"), 0.6, 0.2, 3)
+    assert planar.cycle.max() == 1 and "0.85 (in units of L): lock" in planar.message
+    assert not stick_slip(solve_curve(2.0, 0.85), 0.3, 0.01, 2).message
+
+
 def test_step_longer_than_the_period_slips_every_time(curve):
     scan = stick_slip(curve, D("0.1"), D("0.01"), cycles=2)
     assert scan.phase == ["stick", "slip", "slip"]

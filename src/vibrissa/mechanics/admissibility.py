@@ -66,7 +66,8 @@ class Clearance(Batch):
     Attributes
     ----------
     clamp : ndarray, shape (n,)
-        Height of the rod's lowest local minimum above the clamp.
+        Height above the clamp of the rod's lowest local minimum, or of its tail beyond the contact
+        point.
     surface : ndarray, shape (n,)
         Depth of the rod's highest local maximum below the surface; infinite if φ1 < 0 in tip
         contact. It is also negative where the tail beyond the contact point rises above the
@@ -106,6 +107,7 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         lowest = np.minimum(low, turn.min(axis=1))
         curls = states.line & (np.maximum(high, turn.max(axis=1)) - lowest > HALF_TURN)
         found.surface[:] = _surface_over_tail(states, up)
+        found.clamp[:] = np.where(states.line, eta + up.min(axis=1), np.inf)
     # Where the slope stays between 0 and π, the rod rises all the way: all clearances are large.
     near = np.flatnonzero((high > np.pi - NEAR) | (low < NEARLY_LEVEL * curved) | curls)
     if len(near):
@@ -115,7 +117,8 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         touches = some.line | (ends(some).phi1 >= -LEVEL)
         known = shapes.at(shapes.places[None])
         arch = np.where(touches, eta[near] - shapes.extreme(known, lowest=False), np.inf)
-        found.clamp[near] = shapes.extreme(known, lowest=True)
+        lowest_arch = shapes.extreme(known, lowest=True)
+        found.clamp[near] = np.minimum(found.clamp[near], lowest_arch)
         found.surface[near] = np.minimum(found.surface[near], arch)
         found.itself[near] = shapes.gaps()
     return found

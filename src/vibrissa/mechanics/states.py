@@ -10,7 +10,7 @@ from vibrissa.mechanics.mounting import CLAMP_SLOPE, polynomial
 from vibrissa.mechanics.taper import arc_length, densities
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.numerics.spectral import refinement_matrix
+from vibrissa.numerics.spectral import gauss_rule, legendre_series
 
 # A column of a batch, or one number for a single state.
 Values: TypeAlias = Any
@@ -118,10 +118,10 @@ class RodStates(Batch):
 def transfer(nodes: int, other: int) -> FloatArray:
     """Matrix that interpolates unknowns from `nodes` to `other` nodes: ``unknowns @ matrix``."""
     matrix = np.eye(nodes + SCALARS, other + SCALARS, k=other - nodes)
-    matrix[:, :other] = 0.0
-    matrix[:nodes, :other] = (
-        np.eye(nodes) if nodes == other else refinement_matrix(nodes, other)[1:-1].T
-    )
+    if nodes != other:
+        matrix[:, :other] = 0.0
+        values, _ = legendre_series(nodes, gauss_rule(other).nodes)
+        matrix[:nodes, :other] = (values @ gauss_rule(nodes).to_coefficients).T
     matrix.flags.writeable = False
     return matrix
 
@@ -169,4 +169,5 @@ class ContactState(Batch):
     def mobilised_friction(self) -> Values:
         """Mobilised friction −tan α; infinite where fy = 0."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return self.reaction_fx / self.reaction_fy
+            # The surface cannot pull: at lift-off fy may be positive by rounding.
+            return self.reaction_fx / -np.maximum(0.0 - self.reaction_fy, 0.0)

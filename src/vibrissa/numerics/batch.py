@@ -96,7 +96,6 @@ class Batch:
 
 
 def slices(count: int, size: int) -> Iterator[slice]:
-    """Yield slices that cut `count` rows into blocks of `size` rows, or of one if `size` < 1."""
-    size = max(size, 1)
+    """Yield slices that cut `count` rows into blocks of `size` rows."""
     for start in range(0, count, size):
         yield slice(start, start + size)

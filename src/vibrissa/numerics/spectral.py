@@ -73,13 +73,6 @@ def legendre_series(n: int, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 @lru_cache
-def refinement_matrix(n: int, m: int) -> FloatArray:
-    """Matrix that interpolates from `n` Gauss nodes to τ = 0, `m` Gauss nodes and τ = 1."""
-    tau = np.concatenate([[0.0], gauss_rule(m).nodes, [1.0]])
-    return _frozen(legendre_series(n, tau)[0] @ gauss_rule(n).to_coefficients)
-
-
-@lru_cache
 def chebyshev_nodes(k: int) -> FloatArray:
     """Chebyshev points of the second kind on [0, 1], increasing, ends included; k ≥ 2.
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import lru_cache
@@ -27,6 +28,8 @@ from vibrissa.sticking.stiction import Stiction, read_curve
 
 # Largest taper factor (1 mm at the clamp, 20 µm at the tip): few rods with a larger one are solved.
 MOST_TAPER = 50.0
+# Bisections of an angle between 0 and π/2, down to rounding.
+BISECTIONS = 52
 # Number of cached curves, some kilobytes each: calls that vary mu0 alone need the same curve.
 KEPT_CURVES = 256
 
@@ -80,11 +83,13 @@ class EquilibriumState(ContactState):
         Raises
         ------
         ArgumentError
-            If the state was not solved.
+            If the state was not solved, or an arc length lies outside the rod.
         """
         if self._solution is None:
             raise ArgumentError(f"a state with status {self.status} has no shape: {self.message}")
-        s = np.linspace(0.0, 1.0, 101) if s is None else s
+        s = np.linspace(0.0, 1.0, 101) if s is None else np.asarray(s, dtype=float)
+        if not ((s >= 0.0) & (s <= 1.0)).all():
+            raise ArgumentError(f"arc lengths must lie between 0 and 1 (L), got {s.tolist()}")
         x, y, phi = (values[0] for values in shape(self._solution, s))
         return x, y, phi
 
@@ -162,6 +167,10 @@ def _check_numbers(**values: object) -> None:
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, Real | Decimal):
             raise ArgumentError(f"{name} must be one number, not a text or a list, got {value!r}")
+        with suppress(OverflowError, ValueError):  # integers beyond floats, signalling NaN
+            if math.isfinite(value):
+                continue
+        raise ArgumentError(f"{name} must be finite, got {value!r}")
 
 
 def _check(
@@ -222,8 +231,9 @@ def solve_state(
     Returns
     -------
     EquilibriumState
-        State on the equilibrium path from α = 0. For x1 > 0 it is the equilibrium with the smallest
-        contact force.
+        State on the equilibrium path from α = 0. In tip contact and in the ideal mounting it is,
+        for x1 > 0, the equilibrium with the smallest contact force. The status is ``out_of_reach``
+        if the surface would have to pull the tip.
 
     Raises
     ------
@@ -353,8 +363,8 @@ def solve_curve(
         )
     if dx0 is not None:
         _check_numbers(dx0=dx0)
-    if dx0 is None or not 0.0 < dx0 < np.inf:
-        raise ArgumentError(f"shooting needs a positive and finite step dx0, got {dx0!r}")
+    if dx0 is None or not dx0 > 0.0:
+        raise ArgumentError(f"shooting needs a positive step dx0, got {dx0!r}")
     # Imported here, as SciPy's integrators and optimisers take half a second to load.
     from vibrissa.sticking.solving import shooting
 
@@ -482,28 +492,40 @@ def friction_from_travel(
     0.3979 to 0.4004
     """
     _check_numbers(x0_max=x0_max, dx0=dx0)
-    if not (float(x0_max) >= 0.0 and 0.0 < float(dx0) < np.inf):
+    if not (x0_max >= 0.0 and dx0 > 0.0):
         raise ArgumentError(
             f"x0_max must not be negative and dx0 must be positive, got {x0_max} and {dx0}"
         )
     curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
     if np.isnan(curve.x0_lock):
         raise ArgumentError(f"the lock of this rod is not known: {curve.message}")
-    if not float(x0_max) < curve.x0_lock:
+    if not (travel := float(x0_max)) < curve.x0_lock:
         raise ArgumentError(
             f"x0_max must lie below {curve.x0_lock:.6g}, got {x0_max}: at any friction the tip of "
             "this rod slips at a smaller x0, or it locks"
         )
-    after = min(float(x0_max) + float(dx0), curve.x0_lock)
-    low, high = curve.state(np.array([float(x0_max), after])).mobilised_friction
-    travel = float(x0_max)
-    rises = travel <= SAME or (low > 0.0 and curve.onset(low) > travel - SAME)
-    if not (rises and high > low):
+    low, high = (_largest(curve, float(x0)) for x0 in (travel, travel + float(dx0)))
+    if not high > low:
         raise ArgumentError(
-            "the travel does not determine the friction: in this mounting -tan alpha falls before "
-            f"x0_max = {x0_max}, or in the step after it"
+            f"no friction lets the tip slip in the step after x0_max = {x0_max}: -tan alpha is "
+            "not larger there than before, or the step is below rounding"
         )
-    return FrictionRange(float(low), curve.mu_lock if after == curve.x0_lock else float(high))
+    return FrictionRange(low, high)
+
+
+def _largest(curve: StickingCurve, x0: float) -> float:
+    """Largest −tan α from α = 0 to a displacement: the largest μ0 with an onset up to there."""
+    if x0 >= curve.x0_lock:
+        return curve.mu_lock
+    here = float(curve.mobilised_friction(x0))
+    if x0 <= SAME or (here > 0.0 and curve.onset(here) > x0 - SAME):
+        return here
+    # A maximum lies before x0.
+    angles = np.arctan([max(here, 0.0), curve.mu_lock])
+    for _ in range(BISECTIONS):
+        mu0 = np.tan(angles.mean())
+        angles[int(not curve.onset(mu0) <= x0)] = np.arctan(mu0)
+    return float(np.tan(angles[0]))
 
 
 def check_surface(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
@@ -515,8 +537,8 @@ def check_surface(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
     """
     _check_numbers(mu0=mu0, **({} if dx0 is None else {"dx0": dx0}))
     for name, value in {"mu0": mu0, "dx0": dx0}.items():
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise ArgumentError(f"{name} must be positive and finite, got {value!r}")
+        if value is not None and not value > 0:
+            raise ArgumentError(f"{name} must be positive, got {value!r}")
 
 
 def onset_on(
@@ -545,7 +567,7 @@ def onset_on(
     elif status is Status.LOCK:
         message = (
             f"the tip locks: it slips only for mu0 up to mu_lock = {curve.mu_lock:.6g}; "
-            "choose a smaller mu0 or an eta closer to 1 or another theta. Past the lock "
+            "choose a smaller mu0, a smaller eta or another theta. Past the lock "
             + _past_lock(curve, stiction, told)
         )
     else:

@@ -17,6 +17,10 @@ NO_MAXIMUM = (
     "the computed states end before -tan alpha reaches a maximum; try a larger eta or a theta "
     "closer to 1"
 )
+NEVER_PUSHED = (
+    "the tip is never pushed forward: the stage takes the clamp away from the surface, and the tip "
+    "slips back or lifts off"
+)
 LIFTS_AFTER = (
     "the normal force vanishes beyond x0 = {x0:.6g}: a tip that still sticks there slips forward "
     "or leaves the surface"
@@ -99,6 +103,8 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
     within = 0.0 < x0_lock < curve.x0_end - SAME
     if not curve.pieces or not (within or mu_lock == np.inf or curve.end is End.SWINGS_ASIDE):
         if curve.end is not End.OUT_OF_REACH or not curve.pieces:
+            if curve.pieces and (curve.pieces.samples.reaction_fx > -ROUNDING).all():
+                message = NEVER_PUSHED
             status = Status.OUT_OF_REACH if message else Status.FAILED
             why = message or NO_MAXIMUM
             failed = failed_curve(curve.theta, curve.eta, why, status, curve.method)
