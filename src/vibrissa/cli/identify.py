@@ -43,7 +43,7 @@ def identify(
         str | None, option("Duration of a slip; its samples are left out: '10 ms'.", SIGNALS)
     ] = None,
     delay: Annotated[
-        str | None, option("Delay of the readings, as of a low-pass filter: '4 ms'.", SIGNALS)
+        str | None, option("Delay of the readings by a low-pass filter: '4 ms'.", SIGNALS)
     ] = None,
     output: Out = None,
     verbose: Annotated[

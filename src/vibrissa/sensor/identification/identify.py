@@ -71,7 +71,8 @@ def identify(
     slip_time : str, optional
         Duration of a slip, ``"10 ms"``; its samples are left out.
     delay : str, optional
-        Delay of the readings, such as that of a low-pass filter: ``"4 ms"``.
+        Delay of a low-pass filter, which shows a slip at once but not in full: ``"4 ms"``. Not a
+        dead time: shift the readings by that first.
 
     Returns
     -------
