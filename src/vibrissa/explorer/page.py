@@ -8,10 +8,7 @@ import jinja2
 import yaml
 from markupsafe import Markup
 
-from vibrissa.explorer.modules import bundle
-
-FOLDER = Path(__file__).parent
-
+from vibrissa.explorer.modules import FOLDER, bundle
 
 # The range of each field of the page, as in view/settings.js.
 RANGES = {
