@@ -370,6 +370,8 @@ class TestPage:
         assert re.fullmatch(r"x0 = [\d.]+ L, −tan α = [\d.]+", read)
 
     def test_a_slip_is_seen_at_its_speed(self, opened):
+        pulled = opened("theta=15&eta=0.97&beta=10&mu0=1&clamp=-0.05")
+        assert seen(pulled, POINT, BOX)["width"] > 0
         browser = opened("theta=2&eta=0.85&mu0=0.1&speed=slow")
         click(browser, "[data-x=play]")
         wait_until(browser, "document.querySelector('[data-x=state]').textContent === 'slips'")

@@ -26,7 +26,7 @@ export class StickingPlot {
   }
 
   /** @param {View} view */
-  show({ settings, units, sticking, curve, now, pins }) {
+  show({ settings, units, sticking, curve, now, trace, pins }) {
     const { plot } = this;
     const { path } = sticking;
     const { mu0 } = settings;
@@ -34,10 +34,12 @@ export class StickingPlot {
     const peaks = [path.muLock, ...pins.map(({ muLock }) => muLock)];
     const ends = [path.x0End, ...pins.map(({ curve }) => curve.x0[curve.x0.length - 1])];
     const top = 1.22 * Math.max(mu0, ...peaks.map((peak) => (Number.isFinite(peak) ? Math.min(peak, 2.5) : 1)));
+    // A pulled tip needs room; the frame stays as it is while the tip sticks and slips.
+    const pulled = trace.some(({ x0 }) => withoutNoise(x0) < 0);
     plot.setFrame({
-      left: length * Math.max(path.x0Pulled, -0.15 * path.x0End),
+      left: length * Math.max(path.x0Pulled, Math.min(-0.15 * path.x0End, pulled ? 1.1 * sticking.low : 0)),
       right: 1.03 * length * Math.max(...ends),
-      low: -0.3 * top,
+      low: -Math.max(0.3 * top, pulled ? 1.1 * mu0 : 0),
       high: top,
     });
     plot.axes = { x: ["x0", units.name.length], y: ["−tan α", ""] };
