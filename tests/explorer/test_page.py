@@ -236,7 +236,9 @@ class TestPage:
             ("theta=2&law=energy&ratio=0.3&clamp=0.1", "releases so much energy"),
             ("theta=99&mu0=x", "θ in the address: must be from 1 to 20"),
             ("clamp=abc&side=behind", "clamp in the address: “abc” is not a number"),
-            ("theta=2&mu=0.3&pin=x", "mu in the address is not a known key"),
+            ("theta=2&pin=x", "a pin in the address has no settings"),
+            ("tetha=3", "tetha in the address is not a known key"),
+            ("side=-1&clamp=0.005", "dragged, behind the clamp"),
             ("theta=2" + 4 * "&pin=eta%3D0.9", "only the first 3 pins"),
         ],
     )

@@ -231,8 +231,9 @@ export class Explorer {
     this.take({ name: "", note: "", settings, clamp: 0, play: false, recording: null });
     this.recorded = recorded;
     this.choice.value = "";
-    if (Number.isNaN(x0)) this.told(this.model.moveTo(clamp));
-    else this.model.restore(clamp, x0, side);
+    const moves = Number.isNaN(x0);
+    this.model.restore(moves ? 0 : clamp, moves ? 0 : x0, side);
+    if (moves) this.told(this.model.moveTo(clamp));
     this.slide = null;
     this.pins = pinsOf(pins);
     if (mistakes.length) this.say(`${mistakes.join("; ")}.`);

@@ -114,15 +114,15 @@ export function toAddress({ settings, clamp, x0, side, pins }) {
 }
 
 /**
- * Read the text after the # of an address; `mistakes` lists what is not understood. null if no key is known.
+ * Read the text after the # of an address; `mistakes` lists what is not understood. null if it gives no key a value.
  * @type {(text: string) => (Shared & { mistakes: string[] }) | null}
  */
 export function fromAddress(text) {
   const given = new URLSearchParams(text.replace(/^#/, ""));
   const numbers = [...NUMBERS, ...MOUNTING_NUMBERS, ...ROD_NUMBERS, ...POSITIONS];
   const choices = [...CHOICES, SIDES];
+  if (![...given.values()].some(Boolean)) return null;
   const known = ["pin", ...[...numbers, ...choices].map(({ key }) => key)];
-  if (!known.some((key) => given.get(key))) return null;
   const unknown = [...given.keys()].filter((key) => !known.includes(key));
   const mistakes = unknown.map((key) => `${key} in the address is not a known key`);
   const values = { ...DEFAULTS, clamp: 0, x0: NaN, side: "1" };
