@@ -370,10 +370,10 @@ class TestPage:
         drag(browser, -10, POINT)
         read = seen(browser, "[data-x=sticking] .hovertext")
         assert re.fullmatch(r"x0 = [\d.]+ L, −tan α = [\d.]+", read)
-
-    def test_a_slip_is_seen_at_its_speed(self, opened):
         pulled = opened("theta=15&eta=0.97&beta=10&mu0=1&clamp=-0.05")
         assert seen(pulled, POINT, BOX)["width"] > 0
+
+    def test_a_slip_is_seen_at_its_speed(self, opened):
         browser = opened("theta=2&eta=0.85&mu0=0.1&speed=slow")
         click(browser, "[data-x=play]")
         wait_until(browser, "document.querySelector('[data-x=state]').textContent === 'slips'")
@@ -392,6 +392,12 @@ class TestPage:
         })""")
         assert places == sorted(places, reverse=True) and 0 <= places[-1] < places[0] < 0.0054
         assert any(0.001 < place < 0.004 for place in places)
+
+    def test_play_stops_at_the_end_of_the_range_of_the_clamp(self, opened):
+        browser = opened("clamp=49.995&x0=0")
+        click(browser, "[data-x=play]")
+        wait_until(browser, "document.querySelector('[data-x=play]').textContent === 'Play'")
+        assert value(browser, "clamp") == 50
 
     def test_the_introduction_has_three_steps(self, opened):
         browser = opened()
@@ -489,7 +495,8 @@ def curve_of(settings):
         curvature=(given["kappa0"], given["kappa1"]),
         stage_angle=math.radians(given["delta"]),
     )
-    return solve_curve(given["theta"], given["eta"], mounting=mounting)
+    contact = given.get("contact", "point")
+    return solve_curve(given["theta"], given["eta"], mounting=mounting, contact=contact)
 
 
 def of_model(functions, settings, clamp, values):
@@ -513,25 +520,29 @@ def functions(browser):
 class TestFunctions:
     pytestmark = needs_chromium
 
-    @pytest.mark.parametrize(
-        ("value", "text"),
-        [
-            (0, "0"),
-            (0.5, "0.5000"),
-            (-12345.6, "−12346"),
-            (1.2345e-5, "1.234e−5"),
-            (-1e-9, "−1.000e−9"),
-        ],
-    )
-    def test_numbers_are_written_to_four_digits(self, functions, value, text):
-        assert functions.evaluate(f"significant({value})") == text
-
-    def test_rounding_errors_are_nothing(self, functions):
+    def test_numbers_are_written_to_four_digits_and_rounding_errors_are_nothing(self, functions):
+        texts = functions.evaluate("[0, 0.5, -12345.6, 1.2345e-5, -1e-9].map(significant)")
+        assert texts == ["0", "0.5000", "−12346", "1.234e−5", "−1.000e−9"]
         assert functions.evaluate("[1e-13, -1e-13, 1e-9].map(withoutNoise)") == [0, 0, 1e-9]
 
-    def stepped_as(self, rows, functions, settings):
-        """Compare the steps of the page's clamp with those of a scan."""
-        count = len(rows.footpoint)
+    @pytest.mark.parametrize(
+        "settings",
+        [
+            {"eta": 0.7},
+            {"eta": 0.7, "mu0": 0.9},
+            {"eta": 0.7, "contact": "line"},
+            {"beta": 5.0, "kappa0": -0.2},
+            {"compliance": 0.1},
+            {"delta": 3.0, "kappa1": -0.1},
+            {"delta": -3.0},
+        ],
+    )
+    def test_steps_are_those_of_a_study(self, functions, settings):
+        common = {"theta": 2.0, "eta": 0.8, "mu0": 0.3, "dx0": 0.005, "contact": "point"}
+        settings = common | settings
+        rows = stick_slip(curve_of(settings), settings["mu0"], settings["dx0"], 4)
+        count, state = len(rows.footpoint), rows.state
+        assert count > 8
         found = json.loads(
             functions.evaluate(f"""(() => {{
                 const model = new Model();
@@ -542,33 +553,10 @@ class TestFunctions:
                     model.trace.map((row) => [row.clamp, row.contact, row.fx, row.fy, row.m]));
             }})()""")
         )
-        state = rows.state
         expected = (rows.footpoint, rows.x1, state.reaction_fx, state.reaction_fy, state.reaction_m)
         assert len(found) == count
         for got, *row in zip(found, *expected, strict=True):
             assert got == pytest.approx(row, abs=1e-8)
-
-    @pytest.mark.parametrize(("mu0", "contact"), [(0.3, "point"), (0.9, "point"), (0.3, "line")])
-    def test_steps_are_those_of_a_study(self, functions, mu0, contact):
-        theta, eta, dx0 = 2.0, 0.7, 0.01
-        rows = stick_slip(solve_curve(theta, eta, contact=contact), mu0, dx0, 3)
-        settings = {"theta": theta, "eta": eta, "mu0": mu0, "dx0": dx0, "contact": contact}
-        self.stepped_as(rows, functions, settings)
-
-    @pytest.mark.parametrize(
-        "settings",
-        [
-            {"beta": 5.0, "kappa0": -0.2},
-            {"compliance": 0.1},
-            {"delta": 3.0, "kappa1": -0.1},
-            {"delta": -3.0},
-        ],
-    )
-    def test_steps_in_other_mountings_are_those_of_a_study(self, functions, settings):
-        settings = {"theta": 2.0, "eta": 0.8, "mu0": 0.3, "dx0": 0.005} | settings
-        rows = stick_slip(curve_of(settings), 0.3, 0.005, 4)
-        assert len(rows.footpoint) > 8
-        self.stepped_as(rows, functions, settings)
 
     @pytest.mark.parametrize(
         ("settings", "by", "friction"),
@@ -586,15 +574,15 @@ class TestFunctions:
         assert curve.mobilised_friction(high) == pytest.approx(friction, abs=1e-6)
 
     @pytest.mark.parametrize("law", ["free", "kinetic", "energy"])
-    @pytest.mark.parametrize("pulled", [False, True])
+    @pytest.mark.parametrize("begin", ["high", "low", "path.x0Pulled - 0.01"])
     @pytest.mark.parametrize("ratio", [0.8, 0.4, 0.2])
-    def test_slips_end_where_the_sensor_says(self, functions, law, pulled, ratio):
+    def test_slips_end_where_the_sensor_says(self, functions, law, begin, ratio):
         theta, eta, mu0 = 2.0, 0.85, 0.4
         friction = json.dumps({"mu0": mu0, "ratio": ratio, "law": law})
         start, found = functions.evaluate(f"""(() => {{
             const rod = {{ theta: {theta}, eta: {eta}, contact: "point", round: true }};
             const sticking = stickingOf(solvedPath(rod).path, {friction});
-            const x0 = {"sticking.low" if pulled else "sticking.high"};
+            const x0 = sticking.{begin};
             return [x0, String(restOf(sticking, x0))];
         }})()""")
         response = respond(theta, eta)
@@ -603,17 +591,42 @@ class TestFunctions:
         assert float(found) == pytest.approx(slip.end(start), abs=2e-6, nan_ok=True)
 
     @pytest.mark.parametrize(
-        ("settings", "clamp"),
+        ("mu0", "clamp", "fallen"),
+        # The demand of the last tip, past the critical state, is below the friction that is left.
+        [(0.4, 0.05, 0.1), (0.4, -0.01, 0.1), (0.8, 0.6, 0.3), (0.9, 0.3, 0.3), (0.9, 0.3, 0.42)],
+    )
+    def test_a_tip_slips_if_friction_falls_below_its_demand(self, functions, mu0, clamp, fallen):
+        told = "[e.clamp, e.x0, e.rest, model.reading(e).demand]"
+        fall = f"model.change({{ mu0: {fallen} }}).map((e) => {told})"
+        rows = "model.trace.map((row) => row.clamp), model.moveTo(0).map((e) => e.x0)"
+        asked = f"[model.place.x0, {fall}, {rows}]"
+        x0, slips, rows, later = of_model(functions, {"mu0": mu0}, clamp, asked)
+        demand = solve_curve(2, 0.85).mobilised_friction
+        holds = abs(demand(x0)) < fallen
+        assert slips == ([] if holds else [[clamp, x0, 0, pytest.approx(demand(x0))]])
+        assert rows == [clamp]
+        if holds:  # until the clamp moves back
+            assert demand(later[:2]) == pytest.approx([fallen, -fallen])
+
+    @pytest.mark.parametrize(
+        ("settings", "moves", "clamp", "x0"),
         [
-            ({"mu0": 0.02}, 20),
-            ({"law": "kinetic", "ratio": 1}, 1),
-            ({"law": "energy", "ratio": 1}, 1),
+            ({"mu0": 0.02}, "model.moveTo(20)", 20, "20 % s.high"),
+            # A tip that slides along stays at its onset.
+            ({"law": "kinetic", "ratio": 1}, "model.moveTo(1)", 1, "s.high"),
+            ({"law": "energy", "ratio": 1}, "model.moveTo(1)", 1, "s.high"),
+            ({}, "model.restore(0.0526, 0, 1), model.step()", 0.053, 0.0004),
+            ({}, "model.restore(50, 0, 1), model.step()", 50, 0),
+            ({"mu0": 0.42}, "model.restore(0.3, 0.3, 1)", 0.3, 0.3),
+            # Beyond these heights no period begins; one begins anew where the clamp is moved back.
+            ({"eta": 0.3, "delta": 6}, "model.moveTo(5), model.moveTo(1)", 1, 0),
+            # A rod that leans so far back is not solved.
+            ({"beta": 60}, "model.restore(1, 0.04, 1), model.change(DEFAULTS)", 1, 0.04),
         ],
     )
-    def test_a_move_of_many_periods_ends_within_the_last(self, functions, settings, clamp):
-        x0, onset = of_model(functions, settings, clamp, "[model.x0, s.high]")
-        # A tip that slides along stays at its onset.
-        assert x0 == pytest.approx(onset if "ratio" in settings else clamp % onset, abs=1e-6)
+    def test_clamp_and_tip_are_where_a_move_leads(self, functions, settings, moves, clamp, x0):
+        asked = f"({moves}, [model.now.clamp, model.now.x0 - {x0}])"
+        assert of_model(functions, settings, 0, asked) == pytest.approx([clamp, 0], abs=1e-6)
 
     @pytest.mark.parametrize(
         ("text", "message"),

@@ -201,7 +201,7 @@ interface Sticking {
 /** Where clamp and tip are. */
 interface Place {
   clamp: number;
-  contact: number; // position of the tip along the surface
+  x0: number; // displacement of the clamp since α = 0
   side: number; // 1 where the tip is ahead of the clamp, -1 where the rod trails behind it
 }
 
@@ -303,7 +303,7 @@ interface Shared {
 
 /** State and loads at a place. */
 interface Reading extends Place {
-  x0: number;
+  contact: number; // position of the tip along the surface
   state: State;
   fx: number;
   fy: number;

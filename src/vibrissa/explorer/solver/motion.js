@@ -2,7 +2,7 @@
 
 import { displacement } from "./arm.js";
 import { bracketedRoot } from "./numerics/roots.js";
-import { backOnset, onset, stateAt, touch } from "./path.js";
+import { backOnset, onset, regained, stateAt, touch } from "./path.js";
 import { isIdealRod } from "./rod/mounting.js";
 import { demand } from "./rod/state.js";
 
@@ -13,14 +13,19 @@ const TOLERANCE = 1e-12;
 /** Displacements that differ by less are the same. */
 const SAME = 1e-9;
 
-/** Find where sticking ends. @type {(path: Path, friction: Friction) => Sticking} */
-export function stickingOf(path, friction) {
+/**
+ * Find where sticking ends. A tip at x0 past the critical state may stick at a friction at which a tip before it slips.
+ * @type {(path: Path, friction: Friction, x0?: number) => Sticking}
+ */
+export function stickingOf(path, friction, x0 = 0) {
   const { branch, pushed, pulled } = path;
   /** @param {State | null} state */
   const at = (state) => (state ? displacement(branch, state) : NaN);
-  const slip = at(onset(path, friction.mu0));
+  const holds = at(regained(path, friction.mu0));
+  const past = x0 >= holds;
+  const slip = past ? NaN : at(onset(path, friction.mu0));
   const back = at(backOnset(pushed, friction.mu0));
-  const low = at(backOnset(pulled, friction.mu0));
+  const low = past ? holds : at(backOnset(pulled, friction.mu0));
   /** @type {[number, Limit][]} */
   const limits = [
     [slip, "slips"],
@@ -41,18 +46,6 @@ export function stickingOf(path, friction) {
   };
 }
 
-/** Displacement of the clamp since α = 0. @type {(sticking: Sticking, place: Place) => number} */
-export function x0Of(sticking, { clamp, contact, side }) {
-  const { x1, way } = sticking.path.branch;
-  return (side * (way * clamp - contact) + x1) / way;
-}
-
-/** The place at a displacement. @type {(sticking: Sticking, clamp: number, x0: number, side: number) => Place} */
-export function placed(sticking, clamp, x0, side) {
-  const { x1, way } = sticking.path.branch;
-  return { clamp, contact: way * clamp + side * (x1 - way * x0), side };
-}
-
 /**
  * Move the clamp. If the move is `stepped`, the tip slips at the end of the step that passes the onset, as in
  * the paper; otherwise at the exact onset. On an oblique stage, where a path holds for one period only, the
@@ -65,15 +58,14 @@ export function moved(sticking, from, clamp, stepped = false) {
   let place = from;
   // In each turn of the loop the tip sticks up to the target, or up to the end of sticking.
   for (;;) {
-    const x0 = x0Of(sticking, place);
-    const aim = x0Of(sticking, { ...place, clamp });
-    const limit = limitOf(sticking, aim);
+    const aim = place.x0 + place.side * (clamp - place.clamp);
+    const limit = limitOf(sticking, place.x0, aim);
     // Lateral buckling is located exactly, also within a step.
     const exact = limit && (!stepped || limit.by === "swings");
     const until = exact ? limit.x0 : aim;
-    const at = exact ? place.clamp + place.side * (limit.x0 - x0) : clamp;
+    const at = exact ? place.clamp + place.side * (limit.x0 - place.x0) : clamp;
     events.push(...passed(sticking, place, limit ? limit.x0 : aim));
-    if (!limit) return { place: { ...place, clamp }, events };
+    if (!limit) return { place: { ...place, clamp, x0: aim }, events };
     // After lateral buckling an ideally mounted rod trails behind, mirrored; for others the motion is unknown.
     const mirrored = limit.by === "swings" && isMirrored(sticking.path);
     const after = limit.by === "slips" ? restOf(sticking, until) : 0;
@@ -84,12 +76,12 @@ export function moved(sticking, from, clamp, stepped = false) {
     const what = lost ? "flies off" : slides && limit.by === "slips" ? "slides along" : limit.by;
     events.push({ what, clamp: at, x0: limit.x0, rest, side });
     // A tip that comes to rest where it slips keeps its distance from the clamp.
-    if (slides) return { place: placed(sticking, clamp, rest, side), events };
-    place = placed(sticking, at, rest, side);
-    if ((stepped && limit.by !== "swings") || isOblique(sticking.path)) return { place, events };
+    if (slides) return { place: { clamp, x0: rest, side }, events };
+    place = { clamp: at, x0: rest, side };
+    if ((stepped && limit.by !== "swings") || isOblique(sticking.path) || rest < sticking.low) return { place, events };
     // On a level stage all periods are the same: only the last of those that are left is passed.
     const whole = mirrored ? 0 : Math.max(0, Math.floor((aim - limit.x0) / period) - 1);
-    place = placed(sticking, at + side * whole * period, rest, side);
+    place.clamp += side * whole * period;
   }
 }
 
@@ -103,15 +95,17 @@ export function isMirrored(path) {
   return isIdealRod(path.branch.rod.mounting) && !isOblique(path);
 }
 
-/** Limit that ends sticking before `aim`. @type {(sticking: Sticking, aim: number) => { x0: number, by: Limit } | null} */
-function limitOf({ low, lowBy, high, highBy }, aim) {
-  if (aim > high + TOLERANCE) return { x0: high, by: highBy };
-  return aim < low - TOLERANCE ? { x0: low, by: lowBy } : null;
+/**
+ * Limit that ends sticking before `aim`; a tip that friction no longer holds at x0 is at its limit.
+ * @type {(sticking: Sticking, x0: number, aim: number) => { x0: number, by: Limit } | null}
+ */
+function limitOf({ low, lowBy, high, highBy }, x0, aim) {
+  if (aim > high + TOLERANCE) return { x0: Math.max(high, x0), by: highBy };
+  return aim < low - TOLERANCE ? { x0: Math.min(low, x0), by: lowBy } : null;
 }
 
 /** Events that the rod passes while the tip sticks. @type {(sticking: Sticking, place: Place, to: number) => Incident[]} */
-function passed(sticking, place, to) {
-  const from = x0Of(sticking, place);
+function passed(sticking, { clamp, x0: from, side }, to) {
   const lies = sticking.path.branch.model === "line";
   /** @type {[number, Incident["what"], Incident["what"]][]} */
   const marks = [
@@ -121,8 +115,7 @@ function passed(sticking, place, to) {
   return marks
     .filter(([at]) => from < at !== to < at && at > 0)
     .map(([at, up, down]) => {
-      const clamp = place.clamp + place.side * (at - from);
-      return { what: to > from ? up : down, clamp, x0: at, rest: at, side: place.side };
+      return { what: to > from ? up : down, clamp: clamp + side * (at - from), x0: at, rest: at, side };
     });
 }
 
@@ -137,7 +130,8 @@ export function restOf({ path, friction }, from) {
     const state = from > 0 ? onset(path, ratio * mu0) : backOnset(path.pulled, ratio * mu0);
     return state ? displacement(path.branch, state) : NaN;
   }
-  let x0 = from;
+  // A step may end beyond the known states.
+  let x0 = Math.max(path.x0Pulled, Math.min(path.x0End, from));
   for (let slide = 0; slide < MOST_SLIDES; slide += 1) {
     x0 = slideEnd(path, ratio * mu0, x0);
     const state = stateAt(path, x0);

@@ -125,6 +125,11 @@ export function onset(path, mu0) {
   return mu0 > path.muLock ? null : firstRise(path.pushed, ({ fx, fy }) => mu0 * fy - fx, condition);
 }
 
+/** The first state past the onset with −tan α = μ0 again. @type {(path: Path, mu0: number) => State | null} */
+export function regained({ pushed }, mu0) {
+  return firstRise(pushed, ({ fx, fy }) => fx - mu0 * fy, { fx: 1, fy: -mu0, value: 0 });
+}
+
 /**
  * The state in which the tip slips back, tan α = μ0: a pulled tip on the pulled arm, a locked one on the pushed arm.
  * @type {(arm: Arm, mu0: number) => State | null}

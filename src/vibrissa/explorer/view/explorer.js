@@ -1,6 +1,6 @@
 // The page: a user's actions move the model, and each frame shows its state.
 
-import { isOblique, placed } from "../solver/motion.js";
+import { isOblique } from "../solver/motion.js";
 import { RegimeMap } from "../solver/regimes.js";
 import { Controls, element } from "./controls.js";
 import { listenToClamp, listenToCurve, listenToFiles, listenToMap } from "./hands.js";
@@ -128,7 +128,7 @@ export class Explorer {
   }
 
   get clampPlace() {
-    return this.model.place ? this.model.place.clamp : 0;
+    return this.model.place.clamp;
   }
 
   get units() {
@@ -155,9 +155,9 @@ export class Explorer {
   /** Move the clamp to a displacement at which the tip sticks. @type {(x0: number) => void} */
   stickAt(x0) {
     const { sticking, place } = this.model;
-    if (!sticking || !place) return;
+    if (!sticking) return;
     const within = Math.min(sticking.high, Math.max(sticking.low, x0));
-    this.moveTo(place.clamp + place.side * (within - this.model.x0));
+    this.moveTo(place.clamp + place.side * (within - place.x0));
   }
 
   /** Apply a user's settings in the next frame. @type {(change: Partial<Settings>) => void} */
@@ -240,9 +240,8 @@ export class Explorer {
   }
 
   get address() {
-    const { settings, place, x0 } = this.model;
-    const [side, pins] = [place?.side ?? 1, this.pins.map((pin) => pin.settings)];
-    return toAddress({ settings, clamp: this.clampPlace, x0, side, pins });
+    const { settings, place } = this.model;
+    return toAddress({ settings, ...place, pins: this.pins.map((pin) => pin.settings) });
   }
 
   writeAddress() {
@@ -267,7 +266,7 @@ export class Explorer {
 
   /** Parameters and state, as the title of an export. */
   summary() {
-    const place = `clamp at ${this.length(this.clampPlace)}, x0 = ${this.length(this.model.x0)}`;
+    const place = `clamp at ${this.length(this.clampPlace)}, x0 = ${this.length(this.model.place.x0)}`;
     const pins = this.pins.map(({ settings }) => `; pinned: ${rodName(settings)}`);
     return `Vibrissa: ${parameters(this.model.settings)}; ${place}${pins.join("")}`;
   }
@@ -353,7 +352,7 @@ export class Explorer {
     this.due = Math.max(this.due + pause, now - pause);
     for (let k = 0; k < steps && this.playing && !this.slide; k += 1) {
       this.told(this.model.step());
-      if (this.clampPlace >= this.stopAt - 1e-9) this.play(false);
+      if (this.clampPlace >= Math.min(this.stopAt, CLAMP_RANGE.max) - 1e-9) this.play(false);
     }
   }
 
@@ -364,7 +363,7 @@ export class Explorer {
     const { clamp, x0, rest, side } = slide.slip;
     const part = Math.min(1, (performance.now() - slide.since) / this.pace.slip);
     const at = x0 + (rest - x0) * part * part * (3 - 2 * part);
-    return model.reading(placed(model.sticking, clamp, at, side)) ?? model.now;
+    return model.reading({ clamp, x0: at, side }) ?? model.now;
   }
 
   show() {

@@ -76,7 +76,7 @@ export function listenToCurve(explorer) {
     return (event) => move(plot.placeOf(event));
   });
   keyed(sliders.handle, (steps) => friction(explorer.model.settings.mu0 + steps * FRICTION_STEP));
-  keyed(sliders.now, (steps) => explorer.stickAt(explorer.model.x0 + steps * explorer.model.settings.dx0));
+  keyed(sliders.now, (steps) => explorer.stickAt(explorer.model.place.x0 + steps * explorer.model.settings.dx0));
 }
 
 /** @type {(value: number, step: number, low: number, high: number) => number} */

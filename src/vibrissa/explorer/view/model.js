@@ -1,9 +1,9 @@
 // The rod on the page: settings, solved path, positions of clamp and tip, and readings.
 
-import { isMirrored, isOblique, moved, placed, stickingOf, x0Of } from "../solver/motion.js";
+import { isMirrored, isOblique, moved, stickingOf } from "../solver/motion.js";
 import { sampled, solvedPath, stateAt } from "../solver/path.js";
 import { demand } from "../solver/rod/state.js";
-import { DEFAULTS, lawOf, mountingOf } from "./settings.js";
+import { CLAMP_RANGE, DEFAULTS, lawOf, mountingOf } from "./settings.js";
 
 /** Most readings of a trace; most parts of a move, with a reading each; samples of each step of a path. */
 const MOST_READINGS = 1500;
@@ -39,13 +39,13 @@ export class Model {
     this.trace = [];
     /** @type {Sticking | null} */
     this.sticking = null;
-    /** @type {Place | undefined} */
-    this.place = undefined;
+    /** @type {Place} */
+    this.place = { clamp: 0, x0: 0, side: 1 };
     /** @type {Reading | undefined} */
     this.now = undefined;
     this.message = "";
     this.nodes = 0;
-    this.solve(0);
+    this.solve();
   }
 
   /**
@@ -56,14 +56,16 @@ export class Model {
     const { rod, friction } = this;
     this.settings = { ...this.settings, ...change };
     if (differ(rod, this.rod) || !this.sticking) {
-      this.solve(this.x0);
+      this.solve();
       return [];
     }
     if (!differ(friction, this.friction)) return [];
-    this.sticking = stickingOf(this.sticking.path, this.friction);
+    this.sticking = stickingOf(this.sticking.path, this.friction, this.place.x0);
+    // The clamp rests, but friction may no longer hold the tip.
+    const events = this.moveTo(this.place.clamp);
     // All readings of a trace have the same friction.
-    this.trace = [];
-    return this.place ? this.moveTo(this.place.clamp) : [];
+    this.trace = this.trace.slice(-1);
+    return events;
   }
 
   get rod() {
@@ -76,51 +78,43 @@ export class Model {
     return { mu0, ratio, law: lawOf(this.settings) };
   }
 
-  /** Solve the path of the rod, and put the clamp where it was. @type {(x0: number) => void} */
-  solve(x0) {
-    const { clamp, side } = this.place ?? { clamp: 0, side: 1 };
-    this.curve = null;
-    this.begin(clamp - x0);
-    if (!this.sticking) return;
-    const { low, high } = this.sticking;
-    const within = Math.min(high, Math.max(low, x0));
-    this.place = placed(this.sticking, clamp, within, isMirrored(this.sticking.path) ? side : 1);
+  /** Solve the path of the rod, and put clamp and tip where they were. */
+  solve() {
+    const { clamp, x0, side } = this.place;
     this.trace = [];
+    this.begin(clamp - x0, x0);
+    if (!this.sticking) return;
+    const { path, low, high } = this.sticking;
+    this.place = { clamp, x0: Math.min(high, Math.max(low, x0)), side: isMirrored(path) ? side : 1 };
     this.look();
   }
 
-  /** Solve the period that begins with the clamp at a position of its stage. @type {(clamp: number) => void} */
-  begin(clamp) {
+  /** Solve the period that begins with the clamp at a position of its stage. @type {(clamp: number, x0?: number) => void} */
+  begin(clamp, x0 = 0) {
     const { rod } = this;
     const eta = rod.eta - clamp * Math.sin(rod.mounting.stage);
     const { path, message } = eta > HEIGHTS.low && eta < HEIGHTS.high
       ? solvedPath({ ...rod, eta }, this.nodes)
-      : { path: null, message: "the stage has left the heights at which a period can begin" };
+      : { path: null, message: "the stage has left the heights at which a period can begin: move or reset the clamp" };
     this.message = message;
     this.nodes = path ? path.branch.rod.nodes : 0;
     // Reduce the number, so that later rods do not keep nodes that only one rod needed.
     if (this.nodes > 30) this.nodes = Math.round(0.7 * this.nodes);
-    this.sticking = path && stickingOf(path, this.friction);
+    this.sticking = path && stickingOf(path, this.friction, x0);
     /** @type {Curve | null} */
     this.curve = path && sampled(path, PARTS_OF_A_STEP);
   }
 
-  /** Displacement since α = 0. */
-  get x0() {
-    return this.sticking && this.place ? x0Of(this.sticking, this.place) : 0;
-  }
-
   /** Restore positions of clamp and tip. @type {(clamp: number, x0: number, side: number) => void} */
   restore(clamp, x0, side) {
-    this.place = { clamp, contact: 0, side };
-    this.solve(x0);
+    this.place = { clamp, x0, side };
+    this.solve();
   }
 
   /** Move the clamp continuously. @type {(clamp: number) => Incident[]} */
   moveTo(clamp) {
-    if (!this.sticking || !this.place) return [];
     const from = this.place.clamp;
-    const parts = Math.ceil(Math.abs(clamp - from) / this.settings.dx0);
+    const parts = this.sticking ? Math.ceil(Math.abs(clamp - from) / this.settings.dx0) : 1;
     const count = Math.min(MOST_PARTS, Math.max(1, parts));
     /** @type {Incident[]} */
     const events = [];
@@ -132,45 +126,49 @@ export class Model {
 
   /** Move the clamp by one step; if it passes the onset, the tip slips after the step. @type {() => Incident[]} */
   step() {
-    if (!this.sticking || !this.place) return [];
+    const { dx0 } = this.settings;
     // Multiples of the step, not sums of it.
-    const number = Math.round(this.place.clamp / this.settings.dx0) + 1;
-    return this.part(number * this.settings.dx0, true);
+    const number = Math.floor(this.place.clamp / dx0 + 1e-9) + 1;
+    return this.part(Math.min(number * dx0, CLAMP_RANGE.max), true);
   }
 
   /** @type {(clamp: number, stepped: boolean) => Incident[]} */
   part(clamp, stepped) {
-    if (!this.sticking || !this.place) return [];
+    if (!this.sticking) {
+      // Without a solved period, one begins anew where the clamp is to be, if one can.
+      this.begin(clamp);
+      if (!this.sticking) return [];
+      this.place = { clamp, x0: 0, side: 1 };
+      this.look();
+      return [];
+    }
     const { place, events } = moved(this.sticking, this.place, clamp, stepped);
     const jump = events.find(({ what }) => what === "slips" || what === "swings");
     if (jump && !stepped) {
       // The last reading before the jump, and the first after it.
-      this.place = placed(this.sticking, jump.clamp, jump.x0, this.place.side);
+      this.place = { ...this.place, clamp: jump.clamp, x0: jump.x0 };
       this.look();
-      this.place = placed(this.sticking, jump.clamp, jump.rest, jump.side);
+      this.place = { clamp: jump.clamp, x0: jump.rest, side: jump.side };
       this.look();
     }
     this.place = place;
     const last = events[events.length - 1];
-    const ended = last && isOblique(this.sticking.path) && last.rest === 0 && last.x0 !== 0;
-    if (!ended) {
-      this.look();
-      return events;
+    if (last && isOblique(this.sticking.path) && last.rest === 0 && last.x0 !== 0) {
+      // The next period is at another height, and has another path.
+      this.begin(place.clamp);
+      if (!this.sticking) return events;
+    } else if (place.x0 < this.sticking.low) {
+      // The tip has left the places past the critical state.
+      this.sticking = stickingOf(this.sticking.path, this.friction);
     }
-    // The next period is at another height, and has another path.
-    this.begin(place.clamp);
-    if (!this.sticking) return events;
-    this.place = placed(this.sticking, place.clamp, 0, 1);
     this.look();
-    const more = place.clamp === clamp ? [] : this.part(clamp, stepped);
-    return [...events, ...more];
+    return place.clamp === clamp ? events : [...events, ...this.part(clamp, stepped)];
   }
 
   /** Solve the present state of the rod, and add a reading to the trace. */
   look() {
-    if (!this.place) return;
     const reading = this.reading(this.place);
-    this.message = reading ? "" : `no state was found at x0 = ${this.x0.toFixed(4)}`;
+    this.message = reading ? "" : `no state was found at x0 = ${this.place.x0.toFixed(4)}`;
     if (!reading) return;
     this.now = reading;
     const last = this.trace[this.trace.length - 1];
@@ -182,15 +180,15 @@ export class Model {
   /** State and loads at a place; null if no state is found. @type {(place: Place) => Reading | null} */
   reading(place) {
     if (!this.sticking) return null;
-    const { path, low, high } = this.sticking;
-    const x0 = x0Of(this.sticking, place);
-    const state = stateAt(path, Math.max(low, Math.min(high, x0)));
+    const { path } = this.sticking;
+    const { clamp, x0, side } = place;
+    const state = stateAt(path, Math.max(path.x0Pulled, Math.min(path.x0End, x0)));
     if (!state) return null;
     const { fx, fy, m, phi1, sc } = state;
-    const { side } = place;
+    const { x1, way } = path.branch;
     return {
       ...place,
-      x0,
+      contact: way * clamp + side * (x1 - way * x0),
       state,
       fx: side * fx,
       fy,
