@@ -89,14 +89,23 @@ def test_the_work_of_the_stage_is_the_gain_of_energy(page, eta, contact, bent, s
 
 
 @pytest.mark.parametrize(
-    ("theta", "eta", "mounting", "why"),
+    ("theta", "eta", "contact", "mounting", "why"),
     [
-        (1, 0.85, Mounting(), "snaps"),
-        (1.974378, 0.827829, Mounting(clamp_angle=-0.0582, curvature=0.3229), "inadmissible"),
+        (1, 0.85, "point", Mounting(), "snaps"),
+        (
+            1.974378,
+            0.827829,
+            "point",
+            Mounting(clamp_angle=-0.0582, curvature=0.3229),
+            "inadmissible",
+        ),
+        # The tail comes down to the clamp.
+        (2, 0.15, "line", Mounting(curvature=-0.5), "inadmissible"),
         # An arch of 8e-12 L, where the tip comes back up.
         (
             2.6091380808913547,
             0.5859093093085025,
+            "point",
             Mounting(
                 clamp_angle=-0.026344082578788314,
                 clamp_compliance=0.2648335987496727,
@@ -107,10 +116,10 @@ def test_the_work_of_the_stage_is_the_gain_of_energy(page, eta, contact, bent, s
         ),
     ],
 )
-def test_a_planar_path_ends_at_the_same_place(page, theta, eta, mounting, why):
-    point = agreement.Point(theta, eta, 0.3, Contact.POINT, mounting).asked()
+def test_a_planar_path_ends_at_the_same_place(page, theta, eta, contact, mounting, why):
+    point = agreement.Point(theta, eta, 0.3, Contact(contact), mounting).asked()
     end = solved(page, "[path.pushed.end, path.x0End]", **point | {"round": False})
-    curve = solve_curve(theta, eta, mounting=mounting, section="planar")
+    curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section="planar")
     assert end == [why, pytest.approx(curve.x0_end, abs=1e-9)]
 
 

@@ -12,33 +12,34 @@ const HALF_TURN = Math.PI - 0.3;
 const LEVEL = 1e-9;
 /** Height (L) by which a shape must pass a limit to be rejected, as only some points are examined. */
 const PASSED = 1e-6;
-/** The same for an arch in an exact state, as its highest point is located. */
-const ARCHED = 1e-12;
+/** The same in an exact state for an arch, as its highest point is located, and for a tail. */
+const EXACTLY = 1e-12;
 /** Fractions of the free part, denser near the contact point, where a rod may form a short arch. */
 const PLACES = Float64Array.from({ length: LOOKS }, (_, i) => 1 - (1 - i / (LOOKS - 1)) ** 2);
 /** Accuracy of a highest point (L); one this close to the contact point is the contact point. */
 const AT_CONTACT = 1e-6;
 /** Number of points of a tail that are examined. */
 const TAIL_LOOKS = 16;
-const TAIL_TOLERANCE = 1e-12;
+const BELOW = "the rod dips below the level of its clamp";
 const CROSSES_SURFACE = "the rod crosses the surface away from its contact point";
 
 /** Why a shape is inadmissible; empty if it is admissible. @type {(rod: Rod, state: State) => string} */
 export function inadmissible(rod, state) {
-  if (state.contact === "line" && tailRises(rod, state)) return CROSSES_SURFACE;
+  const hangs = state.contact === "line" ? tailFault(rod, state) : "";
+  if (hangs) return hangs;
   const curved = !isStraight(rod.mounting);
   const slopes = state.unknowns.subarray(0, rod.nodes);
   const [low, high] = [Math.min(...slopes), Math.max(...slopes)];
   const lowest = Math.min(low, ...tailSlopes(rod, state));
   // The paper's model allows a tip that passes through the surface.
   const mayNotCross = state.contact === "line" || state.phi1 >= -LEVEL;
-  const crosses = mayNotCross && curved && archHeight(rod, state) > state.height + ARCHED;
+  const crosses = mayNotCross && curved && archHeight(rod, state) > state.height + EXACTLY;
   const rises = high < Math.PI - NEAR && !(mayNotCross && low < -LEVEL);
   if (rises && high - lowest < HALF_TURN) return crosses ? CROSSES_SURFACE : "";
   const { s, x, y } = rod.shape(state, EVENLY);
   const free = s.findIndex((value) => value >= state.sc);
   const heights = y.subarray(0, free < 0 ? LOOKS : free);
-  if (Math.min(...heights) < -PASSED) return "the rod dips below the level of its clamp";
+  if (Math.min(...heights) < -PASSED) return BELOW;
   if (crosses || (mayNotCross && Math.max(...heights) > state.height + PASSED)) return CROSSES_SURFACE;
   return high - lowest >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
 }
@@ -67,14 +68,14 @@ function tailSlopes({ mounting }, { contact, sc }) {
   });
 }
 
-/** Whether the tail of a lying rod passes through the surface. @type {(rod: Rod, state: State) => boolean} */
-function tailRises({ mounting }, { sc }) {
-  if (isStraight(mounting)) return false;
-  if (naturalCurvature(mounting, sc) > TAIL_TOLERANCE) return true;
-  for (let k = 1; k <= TAIL_LOOKS; k += 1) {
-    if (tailOf(mounting, sc, sc + ((1 - sc) * k) / TAIL_LOOKS).up > TAIL_TOLERANCE) return true;
-  }
-  return false;
+/** Why the tail of a lying rod is inadmissible; empty if it is not. @type {(rod: Rod, state: State) => string} */
+function tailFault({ mounting }, { sc, height }) {
+  if (isStraight(mounting)) return "";
+  if (naturalCurvature(mounting, sc) > EXACTLY) return CROSSES_SURFACE;
+  const parts = Array.from({ length: TAIL_LOOKS }, (_, k) => (1 + k) / TAIL_LOOKS);
+  const ups = parts.map((part) => tailOf(mounting, sc, sc + (1 - sc) * part).up);
+  if (Math.max(...ups) > EXACTLY) return CROSSES_SURFACE;
+  return height + Math.min(...ups) < -EXACTLY ? BELOW : "";
 }
 
 /** Whether two parts of a line of points cross. @type {(x: Float64Array, y: Float64Array) => boolean} */
