@@ -294,13 +294,19 @@ def listed(messages: Iterable[str]) -> str:
     return "\n".join([*every[:LISTED], *more])
 
 
-def lines_of(text: str) -> "Series[str]":
-    """Split a text into lines that are not blank, with the line numbers as index."""
+def lines_of(text: str, blank: str | None = None) -> "Series[str]":
+    """Split a text into lines that are not blank, with the line numbers as index.
+
+    Parameters
+    ----------
+    blank : str, optional
+        Characters of blank lines; by default all white space.
+    """
     import pandas as pd  # takes half a second to load
 
     lines = pd.Series(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), dtype=str)
     lines.index += 1
-    return lines[lines.str.strip() != ""]
+    return lines[lines.str.strip(blank) != ""]
 
 
 def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame":

@@ -15,7 +15,7 @@ HEADS = {
     "none": "",
     "words": "Prüfstand 7\nDatum: heute\n\n",
     "pairs": "Prüfer{s}Müller\nRate{s}50\n",
-    "many": "1{s}2{s}3{s}4{s}5\n",
+    "many": "1{s}2{s}3{s}4{s}5\n" + "Offset{s}1{s}2\n" * 3,
 }
 SOURCES = {"footpoint": "Weg [mm]", "force_x": "Fx [N]", "force_y": "Fz [N]"}
 
@@ -60,11 +60,15 @@ def test_columns_and_units_of_unusual_heads_are_found(head, row, snapshot):
     rows = [row.format(n=n, t=n / 10, x=n / 2, f=-n / 4) for n in range(1, 9)]
     columns = {"time": "t", "footpoint": "Weg", "force_y": "Fx"}
     empty = "".join(sign for sign in rows[0] if sign in ";\t")
-    data = "\n".join([head, *rows[:4], empty, *rows[4:]]).encode()
+    blank = "\t" * (";" in empty)
+    data = "\n".join([head, *rows[:2], empty, blank, "# tapped", *rows[2:]]).encode()
     found = import_recording(data, Settings.read(column=columns))
     wanted = np.arange(1, 9)[:, None] * [0.1, 0.5e-3, -0.25]
     assert np.stack([found.values[name] for name in columns], axis=1) == pytest.approx(wanted)
     assert found.report() == snapshot
+    del columns["time"]
+    counted = import_recording(data, Settings.read(column=columns, rate="1 Hz")).values["time"]
+    assert counted.tolist() == [0, 1, *range(3, 9)]  # the third sample is lost
 
 
 @pytest.mark.parametrize("encoding", ["latin-1", "cp1252", "utf-8", "utf-8-sig", "utf-16"])
@@ -118,14 +122,14 @@ def test_a_leading_zero_is_before_decimals():
         (lambda lines: [*lines, "0,05;1", *lines[1:]], "line 6: 2 values, but line 2 has 3"),
         (lambda lines: [*lines, "0,05;1;2;3", *lines[1:], "1"], "6: 4 values.*\n.*11: 1 value,"),
         (lambda lines: [*lines, "Pause;;", *lines[1:]], "line 6: footpoint .* got 'Pause'"),
-        (lambda lines: ["Weg;Fx", *lines[1:]], "the columns are: #1, #2, #3$"),
-        (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "the columns are: #1, #2, #3$"),
+        (lambda lines: ["Weg;Fx", *lines[1:]], "from line 2 on are: #1, #2, #3$"),
+        (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "from line 2 on are: #1, #2, #3$"),
         (lambda lines: lines[1:], "no column Weg"),
         (lambda lines: lines[:2], "no table was found; needed: at least 2 columns and 3 rows"),
         (lambda lines: ["Weg;Fx;Fx", *lines[1:]], "several columns are called Fx"),
-        (lambda lines: [line.replace(";", ",") for line in lines], "columns are: #1, .*, #5, #6$"),
+        (lambda lines: [line.replace(";", ",") for line in lines], "line 2 on are: #1, .*, #6$"),
         (lambda lines: [*lines, *lines[1:], '0,05;"1;2', *lines[1:]], "line 10: unpaired quotes"),
-        (lambda lines: [*lines, "lost;a;b", *lines[1:], *lines[1:]], "line 6: .* got 'lost'"),
+        (lambda lines: ["Weg;Fx;Fz", *["0;;1"] * 3, "lost;a;b", *lines[1:]], "5: .* got 'lost'"),
     ],
 )
 def test_lines_that_do_not_fit_are_named(damage, message):

@@ -270,7 +270,8 @@ def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileCol
             "'force_x=title [N]'"
         )
     if errors:
-        errors.append(f"the columns are: {', '.join(layout.titles)}")
+        begin, titles = layout.cells.index[0], ", ".join(layout.titles)
+        errors.append(f"the columns of the table from line {begin} on are: {titles}")
         raise RecordingError("\n".join(f"{name}: {error}" for error in errors))
     return found
 
@@ -281,7 +282,7 @@ def _values(found: dict[str, FileColumn], layout: Layout, name: str, rate: float
     read = numbers(cells, name, layout.decimal)
     values = {target: found[target].factor * each for target, each in read.items()}
     if rate is not None:
-        return {"time": np.arange(len(layout.cells)) / rate, **values}
+        return {"time": layout.samples / rate, **values}
     time = values.get("time", np.empty(0))
     wrong = {
         "is missing": np.isnan(time),

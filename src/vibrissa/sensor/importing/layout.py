@@ -6,11 +6,13 @@ The separator is chosen so that the largest share of the cells are numbers.
 import codecs
 import csv
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.numerics.arrays import IntArray
 from vibrissa.quantities.series import MISSING, NUMBER, lines_of, split
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind, unit_size
 from vibrissa.sensor.identification.recording import left_out
@@ -41,6 +43,7 @@ KINDS = {
     "footpoint": Kind.LENGTH,
     **dict(zip(CHANNELS, CHANNEL_KINDS, strict=True)),
 }
+Columns = list[tuple[str, ...]]
 # Cells of a row of units that mean "no unit", or units of quantities that no recording has.
 NO_UNIT = ("", "-", "1", "%", "V", "mV", "°C", "K")
 # Titles with units: Fz [mN], Fz (mN); if the unit is one of the quantity that the column must hold,
@@ -76,6 +79,8 @@ class Layout:
         the texts are empty.
     cells : DataFrame
         Cells as texts; the index has the line number of each row.
+    samples : ndarray of int
+        Number of the sample in each row, from 0; samples without any value have no row.
     decimal : str
         Decimal sign: a point or a comma.
     notes : tuple of str
@@ -85,6 +90,7 @@ class Layout:
     titles: list[str]
     units: list[str]
     cells: "DataFrame"
+    samples: IntArray
     decimal: str
     notes: tuple[str, ...]
 
@@ -178,7 +184,8 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
         If there is no table, its rows have different numbers of cells, or the decimal sign is
         ambiguous; in the last case the message names the option to add.
     """
-    lines = lines_of(text)
+    # A line of tabs may be a row of empty cells.
+    lines = lines_of(text, " ")
     sample = lines[~lines.str.match(COMMENT)].head(SAMPLE)
     tried = {one: _block(sample, one) for one in SEPARATORS}
     separator = max(tried, key=lambda one: tried[one][1])
@@ -208,6 +215,7 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
         titles=heads.get(titles_at, [f"#{number}" for number in range(1, cells.shape[1] + 1)]),
         units=heads.get(units_at, [""] * cells.shape[1]),
         cells=cells,
+        samples=every.index.get_indexer(cells.index),
         decimal=decimal,
         notes=(
             f"separator {separator}, {DECIMALS[decimal]}, {head}, {size}",
@@ -220,6 +228,8 @@ def layout_of(text: str, name: str, decimal: str | None = None) -> Layout:
 
 def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str]:
     """Return the lines and their separator; if blanks separate the cells, they become tabs."""
+    if separator != "tab":
+        lines = lines[lines.str.strip() != ""]
     if separator != "blank":
         return lines, SEPARATORS[separator]
     # A unit in brackets belongs to the word before.
@@ -231,18 +241,37 @@ def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
     """Find the table's first line, and the share of numbers in the table; 0, 0 without a table."""
     lines, sign = _separated(lines, separator)
     rows = [(line, cells_of(text, sign)) for line, text in lines.items()]
-    groups = groupby(rows, lambda row: len(row[1]) if _share(row[1]) >= 0.5 else 0)
-    blocks = [list(group) for width, group in groups if width >= FEWEST_COLUMNS]
-    blocks = [block for block in blocks if len(block) >= FEWEST_ROWS]
-    if not blocks:
+    filled = (row for row in rows if not _empty(row[1]))
+    tables = {}
+    for width, group in groupby(filled, lambda row: len(row[1]) * (_share(row[1]) >= 0.5)):
+        numbered, cells = zip(*group, strict=True)
+        if width >= FEWEST_COLUMNS and len(cells) >= FEWEST_ROWS:
+            tables[numbered[0]] = list(zip(*cells, strict=True))
+    if not tables:
         return 0, 0.0
-    cells = [cells for _, cells in max(blocks, key=len)]
-    # A line between the blocks that has another number of cells is reported later.
-    first = next(line for [(line, row), *_] in blocks if len(row) == len(cells[0]))
-    return first, _share([cell for row in cells for cell in row])
+    longest = max(tables.values(), key=lambda columns: len(columns[0]))
+    # A line between the parts of a table that has another number of cells is reported later.
+    first = next(line for line, columns in tables.items() if _continued(columns, longest))
+    return first, _share([cell for column in longest for cell in column])
 
 
-def _share(cells: list[str]) -> float:
+def _continued(columns: Columns, others: Columns) -> bool:
+    """Whether `others` may be further rows of the same table.
+
+    That is not so if one has words where the other has numbers: above the titles may be lines such
+    as ``Rate;50``.
+    """
+    return len(columns) == len(others) and all(
+        _share(column) or _empty(column) or not _share(other)
+        for column, other in zip(columns, others, strict=True)
+    )
+
+
+def _empty(cells: Sequence[str]) -> bool:
+    return all(cell.lower() in MISSING for cell in cells)
+
+
+def _share(cells: Sequence[str]) -> float:
     """Share of numbers among the cells that are not empty."""
     filled = [cell for cell in cells if cell.lower() not in MISSING]
     return sum(1 for cell in filled if EITHER.fullmatch(cell)) / max(len(filled), 1)
@@ -287,7 +316,7 @@ def _heads(above: "Series[str]", sign: str, rows: "DataFrame") -> dict[int, list
             cells.pop()
         if len(cells) == width - 1 and ends_empty:
             cells.append("")
-        if len(cells) == width and not all(cell.lower() in MISSING for cell in cells):
+        if len(cells) == width and not _empty(cells):
             heads[line] = cells
     return heads
 
