@@ -216,8 +216,8 @@ def test_mistakes_are_named_together(columns, settings, snapshot):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"tare": "2 mm, 0 mm"}, "the tare has fewer than 3 readings of force_x"),
-        ({"tare": "28 mm, 99 m"}, "the tare has fewer than 3 readings of force_x"),
+        ({"tare": "2 mm, 0 mm"}, "the file: the tare has fewer than 3 readings of force_x, "),
+        ({"tare": "28 mm, 99 m"}, "the file: the tare has fewer than 3 readings of force_x, "),
         ({"moment_origin": "1 mm, 0 mm"}, "there is no column moment_z"),
         ({"begin": "4 m"}, "no row is left between --from and --to"),
         ({"tare": "0 s, 2 s"}, "no column time: .*; if the file has none, give --rate '50 Hz'"),

@@ -119,6 +119,16 @@ def test_a_rod_that_rests_on_the_surface_is_no_tare(signals, seed):
     assert not import_recording(loaded, Settings.read(**{"from": "3 mm"})).zeros
 
 
+@pytest.mark.parametrize(("channel", "until"), [(0, 150), (2, None)])
+def test_a_channel_without_readings_in_air_has_no_zero(signals, channel, until):
+    lines = [line.split(";") for line in laboratory(120, 2, signals).decode().split("\n")]
+    for line in lines[1:until]:
+        line[2 + channel] = ""
+    found = import_recording("\n".join(map(";".join, lines)).encode(), Settings.read())
+    assert found.zeros.keys() == {*CHANNELS} - {CHANNELS[channel]}
+    assert any("no zero for" in note for note in found.notes) == (until is not None)
+
+
 def test_an_imported_recording_has_the_friction_of_one_that_was_tared(tmp_path, signals):
     found = import_recording(laboratory(400, 30, signals), Settings.read())
     series.write(tmp_path / "imported.csv", found)

@@ -215,8 +215,8 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
     Raises
     ------
     RecordingError
-        If the file is no recording, or its columns or decimal sign are ambiguous; the message has
-        a line for each error.
+        If the file is no recording, its columns or decimal sign are ambiguous, or the stated tare
+        has too few readings; the message has a line for each error.
     """
     text = decoded(data, name)
     layout = layout_of(text, name, settings.decimal)
@@ -234,6 +234,9 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
         key: (each - zeros[key].value if key in zeros else each)[kept]
         for key, each in values.items()
     }
+    few = ", ".join(one for one in _recorded(values) if one not in zeros)
+    if few and settings.tare is not None:
+        raise RecordingError(f"{name}: the tare has fewer than {FEWEST_READINGS} readings of {few}")
     notes = [*layout.notes, *(f"{target}: {one.note}" for target, one in found.items())]
     if settings.speed is not None:
         values["footpoint"] = settings.speed * (values["time"] - values["time"][0])
@@ -242,6 +245,8 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
     notes += [f"{key} is missing in {counted(n, 'row')}" for key, n in missing.items() if n]
     if not kept.all():
         notes.append(f"outside --from and --to: {counted(int((~kept).sum()), 'row')}")
+    if few and zeros:
+        notes.append(f"no zero for {few}: fewer than {FEWEST_READINGS} readings without load")
     units = Units(si=True, wished=wished_units(*(f"1 {one.unit}" for one in found.values())))
     return Imported(values=values, zeros=zeros, notes=tuple(notes), units=units)
 
@@ -352,24 +357,23 @@ def about_clamp(values: Values, origin: tuple[float, float]) -> Values:
 def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
     """Find the mean reading of each channel in rows without load, and the error of this mean.
 
-    Raises
-    ------
-    RecordingError
-        If there are too few rows.
+    A channel that has too few readings in these rows is left out.
     """
     found = {}
-    for name in CHANNELS:
-        if name in values:
-            readings = values[name][rows]
-            readings = readings[~np.isnan(readings)]
-            if len(readings) < FEWEST_READINGS:
-                few = f"fewer than {FEWEST_READINGS} readings of {name}"
-                raise RecordingError(f"the tare has {few}")
+    for name in _recorded(values):
+        readings = values[name][rows]
+        readings = readings[~np.isnan(readings)]
+        if len(readings) >= FEWEST_READINGS:
             blocks = BLOCKS if len(readings) >= FEWEST_IN_BLOCKS else len(readings)
             means = np.array([part.mean() for part in np.array_split(readings, blocks)])
             error = means.std(ddof=1) / np.sqrt(blocks) if np.ptp(readings) else 0.0
             found[name] = Zero(float(readings.mean()), float(error), len(readings))
     return found
+
+
+def _recorded(values: Values) -> list[str]:
+    """List the channels that have a reading in some row."""
+    return [name for name in CHANNELS if np.isfinite(values.get(name, np.nan)).any()]
 
 
 def unloaded(values: Values, begin: int | None) -> int:
