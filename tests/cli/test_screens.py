@@ -51,6 +51,8 @@ COMMANDS = {
     "scan, tapered": "scan --theta 10 --eta 0.5 --contact line --set curvature=-0.02 --mu0 0.2 "
     "--step 0.001 --to 0.05 -o out.csv",
     "scan, back": f"{SCAN} --mu0 0.3 --to '15 mm' --to '8 mm' --law kinetic {NANO}",
+    "scan, pulled": "scan --theta 1 --eta '20 mm' --modulus '210 GPa' --diameter '0.4 mm' "
+    "--length '100 mm' --mu0 2 --step '0.5 mm' --to '-4 mm' --clamp-angle '1 deg' -o out.csv",
     "scan, oblique": f"{SCAN} --mu0 0.6 --to '60 mm' --stage-angle '1 deg'",
     "scan, texture": f"{SCAN} --texture '0.3, 0.05, 2 mm' --seed 3 --to '20 mm' --law energy",
     "import": "import examples/laboratory.txt --settings examples/laboratory.toml -o out.csv",

@@ -3,10 +3,13 @@
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
+
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
 from vibrissa.cli.warnings import material_of, warn
 from vibrissa.sensor import Setup, SlipLaw, surfaces
+from vibrissa.sensor.simulation.scanning import TipSide
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
 
@@ -59,4 +62,6 @@ def scan(
     hand_out(signals, f"{output}: {signals}", output)
     # The rod bends most at its least height.
     lowest = whisker.level(float(whisker.height(signals.truth.clamp).min()))
-    warn(lowest, float(signals.truth.x0.max()), material)
+    # A tip behind the clamp has the mirror image of a state whose x0 has the other sign.
+    x0 = np.where(signals.truth.side == TipSide.BEHIND, -1.0, 1.0) * signals.truth.x0
+    warn(lowest, float(x0.max()), material, float(x0.min()))

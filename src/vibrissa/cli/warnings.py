@@ -33,27 +33,28 @@ def material_of(setup: Setup) -> "Material | None":
     return None
 
 
-def warn(whisker: Whisker, end: float, material: "Material | None") -> None:
+def warn(whisker: Whisker, end: float, material: "Material | None", begin: float = 0.0) -> None:
     """Warn if the rod passes through the surface or yields in a period of sticking.
 
     Parameters
     ----------
-    end : float
-        Largest displacement x0 of a period (L). If it exceeds x0 at the end of the whisker's
-        sticking curve, that end takes its place.
+    begin, end : float
+        Least and largest displacement x0 of the periods (L); `end` is NaN if it is not known.
+        Displacements beyond the ends of the whisker's sticking curve are cut off there.
     material : Material or None
         None if the material is unknown.
     """
     touch = whisker.curve.x0_touch
-    if whisker.contact == Contact.POINT and touch < end:
+    if whisker.contact == Contact.POINT and touch <= end:
         typer.echo(
             f"warning: from x0 = {whisker.units.spelled(touch, Kind.LENGTH, 3)} on the rod passes "
             "through the surface; give --contact line, in which it lies down.",
             err=True,
         )
-    if whisker.rod is None or material is None or not end > 0.0:
+    if whisker.rod is None or material is None or not end >= 0.0:
         return
-    most = largest_strain(whisker.curve, min(end, whisker.curve.x0_end))
+    curve = whisker.response.curve if begin < 0.0 else whisker.curve
+    most = largest_strain(curve, min(end, curve.x0_end), max(begin, curve.x0_pull))
     strain = float(most.strain[0]) * whisker.units.unit(Kind.STRAIN)
     if strain > material.yield_strain:
         place = whisker.units.spelled(float(most.place[0]), Kind.LENGTH, 3)

@@ -34,9 +34,9 @@ def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bend
     return measure(theta, f, alpha, x_c, y_c, s_c, curves[0].mounting)
 
 
-def largest_strain(curve: StickingCurve, end: float) -> Bending:
-    """Find the state of largest strain from α = 0 to x0 = `end` (L); return its bending."""
-    found = strains_in([curve], [np.linspace(0.0, end, STATES)])
+def largest_strain(curve: StickingCurve, end: float, begin: float = 0.0) -> Bending:
+    """Find the state of largest strain from x0 = `begin` to `end` (L); return its bending."""
+    found = strains_in([curve], [np.linspace(begin, end, STATES)])
     return found.take(np.atleast_1d(found.strain.argmax()))
 
 
