@@ -201,6 +201,7 @@ FORCE = {"force_x": "Fx [N]"}
         ({"force_x": "Fx"}, {"turn": "1 deg"}),
         (TITLED, {"moment_origin": "1 mm"}),
         (TITLED, {"begin": "4"}),
+        (TITLED, {"rate": "1 Hz"}),
         (TITLED, {"speed": "1 mm/s", "tare": "0 mm, 2 mm"}),
         (TITLED, {"decimal": ";"}),
         (TITLED, {"speeed": "1"}),

@@ -133,6 +133,8 @@ class Settings(Keyed):
                 "speed needs the times at which the stage begins to move and stops: add --from and "
                 "--to, as in --from '2 s' --to '40 s'"
             )
+        for name in self.made & self.column.keys():
+            raise ArgumentError(f"give a column of {name} or {INSTEAD[name]}, not both")
         return self
 
 
