@@ -11,6 +11,7 @@ from responses import respond
 from vibrissa import Mounting, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import RodSection
+from vibrissa.quantities.units import Units
 from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.response.branch import tabulated
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, TipSide, path, simulate
@@ -146,7 +147,7 @@ def test_surface_is_asked_no_further_than_the_tip_comes(response):
     both = ends, surfaces.constant(0.3)
     runs = [simulate(response, one, path("0.001", ["0.04"]), "energy", 0.8) for one in both]
     assert runs[0].contact == pytest.approx(runs[1].contact, abs=1e-14)
-    with pytest.raises(ValueError, match=r"from x = 0 L to 0\.45 L, but .* comes to x = 0\.4887"):
+    with pytest.raises(ValueError, match=r"from x = 0 L to 0\.45 L, .* touches it at x = 0\.4887"):
         simulate(response, ends, path("0.001", ["0.2"]), "energy", 0.8)
 
 
@@ -162,9 +163,10 @@ def test_a_step_that_ends_on_the_onset_sticks_everywhere(response, k):
     assert np.flatnonzero(slips(scan))[0] == k + 1
 
 
-def test_step_longer_than_a_period_slips_every_time(response):
-    result = simulate(response, surfaces.constant(0.1), path("0.01", ["0.05"]))
-    assert slips(result).tolist() == [False, *[True] * 5]
+def test_step_longer_than_a_period_slips_every_time():
+    signals = scan(Whisker(theta=2.0, eta=0.85), surfaces.constant(0.1), step=0.01, to=0.05)
+    assert slips(signals.truth).tolist() == [False, *[True] * 5]
+    assert repr(signals) == "6 steps, 6 periods, complete"
 
 
 def test_path_goes_to_each_turn():
@@ -201,6 +203,8 @@ def test_surfaces():
     x = np.linspace(0.0, 400.0, 20001)
     one, same, other = (surfaces.random(seed, 0.3, 0.02, 0.05)(x) for seed in (1, 1, 2))
     assert (one == same).all() and (one != other).any()
+    by_default = surfaces.read_surface(Units(), texture="0.3, 0.02, 0.05")(x)
+    assert (by_default == surfaces.random(0, 0.3, 0.02, 0.05)(x)).all()
     assert one.mean() == pytest.approx(0.3, abs=0.002)
     assert one.std() == pytest.approx(0.02, rel=0.1)
     apart = surfaces.random(1, 0.3, 0.02, 5.0)(np.arange(0.0, 20000.0, 5.0))

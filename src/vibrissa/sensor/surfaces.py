@@ -59,8 +59,9 @@ class Surface:
         if outside.any():
             raise ArgumentError(
                 f"the {self.name} surface is known from x = {self.told(self.start)} to "
-                f"{self.told(self.stop)}, but the tip comes to "
-                f"x = {self.told(float(x[outside].ravel()[0]))}: shorten the path"
+                f"{self.told(self.stop)}, but the tip touches it at "
+                f"x = {self.told(float(x[outside].ravel()[0]))}: extend it to there or, if the tip "
+                "does not start there, shorten the path"
             )
         mu0 = np.asarray(self.mu0(x), dtype=float)
         bad = ~(np.isfinite(mu0) & (mu0 > 0.0))

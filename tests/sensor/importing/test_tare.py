@@ -9,7 +9,7 @@ from vibrissa.quantities import series
 from vibrissa.quantities.units import SI_UNITS
 from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.importing import Imported, Settings, import_recording
-from vibrissa.sensor.importing.importing import zeros_of
+from vibrissa.sensor.importing.importing import unloaded, zeros_of
 from vibrissa.sensor.transducer import CHANNELS
 
 ROD = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
@@ -22,7 +22,7 @@ HEADER = {name: f"310.2 ± {size}" for name, size in ZEROS.items()} | {"rate": "
 def signals():
     """Noisy signals of three periods of sticking."""
     return (
-        scan(WHISKER, surfaces.constant(0.3), step="50 um", to=["8 mm"], law="kinetic")
+        scan(WHISKER, surfaces.constant(0.3), step="50 um", to="8 mm", law="kinetic")
         .measured("nano17-si-12-0.12")
         .columns()
     )
@@ -117,6 +117,14 @@ def test_a_rod_that_rests_on_the_surface_is_no_tare(signals, seed):
     assert not import_recording(data, Settings.read()).zeros
     loaded = laboratory(0, 0, signals, seed=seed)
     assert not import_recording(loaded, Settings.read(**{"from": "3 mm"})).zeros
+
+
+def test_a_change_by_five_deviations_of_the_noise_is_a_load():
+    row = np.arange(200)
+    clamp = np.maximum(row - 120.0, 0.0)
+    for load, free in ((6.8, 64), (7.6, 48)):  # with the noise, 4.6 and 5.1 deviations
+        force = (-1.0) ** row + load * (row >= 60) - 90.0 * (row >= 80)
+        assert unloaded({"footpoint": clamp, "force_y": force}, None) == free
 
 
 @pytest.mark.parametrize(("channel", "until"), [(0, 150), (2, None)])

@@ -339,7 +339,7 @@ def scan(
     surface: Surface,
     *,
     step: Quantity,
-    to: Sequence[Quantity],
+    to: Quantity | Sequence[Quantity],
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
 ) -> Signals:
@@ -351,7 +351,7 @@ def scan(
     surface : Surface
     step : str or number
         Step of the stage.
-    to : sequence of str or number
+    to : str or number, or sequence of these
         Positions at which the stage turns; at the last one it stops.
     law : SlipLaw
         Where a slip ends.
@@ -371,7 +371,7 @@ def scan(
     units = whisker.units
     positions = path(
         units.read_positive(step, Kind.LENGTH, "step"),
-        [units.read(turn, Kind.LENGTH, "to") for turn in to],
+        [units.read(turn, Kind.LENGTH, "to") for turn in np.array(to, dtype=object).ravel()],
     )
     truth = simulate(
         whisker.stage(positions), replace(surface, units=units), positions, law, kinetic_ratio
