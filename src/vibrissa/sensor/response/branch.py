@@ -55,7 +55,7 @@ class States(ABC):
 
     @abstractmethod
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
-        """Differentiate fx, fy and m `order` times with respect to x0, shape x0.shape + (3,)."""
+        """Differentiate fx, fy and m once (`order` 1) or not (0) by x0, shape x0.shape + (3,)."""
 
     def __call__(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements, shape x0.shape + (3,)."""

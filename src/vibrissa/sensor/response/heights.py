@@ -85,7 +85,7 @@ class Heights:
         x0, eta : ndarray, shape (n,)
             Displacement and height of each state (L).
         order : int
-            Order of the derivative; 0 for the reactions.
+            0 for the reactions, 1 for their derivatives; the formula holds for no higher order.
         """
         row = self._row(eta)
         bounds = (row @ self._series[0])[:, :-2]
@@ -184,7 +184,7 @@ class HeightStates(States):
         return part.landmarks(np.atleast_1d(self.eta))[0, :-2]
 
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
-        """Differentiate fx, fy and m `order` times with respect to x0, shape x0.shape + (3,)."""
+        """See `States`; `order` is 0 or 1."""
         x0, heights = np.broadcast_arrays(np.asarray(x0, dtype=float), self.eta)
         flat, eta = x0.ravel(), heights.ravel()
         found, part_of = np.empty((len(flat), 3)), self.heights.part_of(eta)

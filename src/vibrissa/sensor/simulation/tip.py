@@ -101,7 +101,7 @@ class Slip:
         Raises
         ------
         ArgumentError
-            If the tip reaches an unknown part of the surface, or does not come to rest.
+            If the tip reaches an unknown part of the surface, or slides to and fro for too long.
         """
         if self.law is SlipLaw.FREE:
             return 0.0
@@ -114,7 +114,8 @@ class Slip:
             if abs(float(self.response.demand(x0))) <= holds * (1.0 + FULL):
                 return x0
         place = self.surface.told(self.clamp)
-        raise ArgumentError(f"the slip with the clamp at {place} does not come to rest")
+        slides = f"has more than {REVERSALS} slides to and fro"
+        raise ArgumentError(f"the slip with the clamp at {place} {slides}: take another law")
 
     def _slide(self, x0: float) -> float:
         """Find x0 where a slide in one direction ends (L); NaN if it leaves the computed states."""
