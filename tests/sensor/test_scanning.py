@@ -74,7 +74,7 @@ def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
 def test_a_slip_that_goes_to_and_fro_too_often_is_refused_with_its_place(response, monkeypatch):
     monkeypatch.setattr(Slip, "_slide", lambda self, x0: -x0)
     slip = replace(slip_of(response, 0.1, SlipLaw.ENERGY, 0.5), clamp=0.25)
-    with pytest.raises(ArgumentError, match=r"with the clamp at 0\.25 L has more than 100 slides"):
+    with pytest.raises(ArgumentError, match=r"the clamp at 0\.25 L a slip has over 100 slides"):
         slip.end(0.02)
 
 

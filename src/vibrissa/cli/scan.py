@@ -10,7 +10,6 @@ from vibrissa.cli.options import SETUP, Out, command, hand_out, option
 from vibrissa.cli.warnings import material_of, warn
 from vibrissa.sensor import Setup, SlipLaw, surfaces
 from vibrissa.sensor.simulation.scanning import TipSide
-from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
 
 SURFACE, MOTION = "Surface", "Motion"
@@ -54,11 +53,9 @@ def scan(
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )
-    named = setup.transducer
-    transducer = None if named is None else transducer_of(named, whisker.units)
     signals = sensor.scan(whisker, surface, step=step, to=to, law=law, kinetic_ratio=kinetic_ratio)
-    if transducer is not None:
-        signals = signals.measured(transducer, seed)
+    if setup.transducer is not None:
+        signals = signals.measured(setup.transducer, seed)
     hand_out(signals, f"{output}: {signals}", output)
     # The rod bends most at its least height.
     lowest = whisker.level(float(whisker.height(signals.truth.clamp).min()))

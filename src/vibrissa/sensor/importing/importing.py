@@ -1,5 +1,6 @@
 """Import of a laboratory's file: settings, the recording, and a report of how it was read."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -46,10 +47,8 @@ class Place(NamedTuple):
 
 def _place(text: Any, info: ValidationInfo) -> Place:
     for column in ("time", "footpoint"):
-        try:
+        with suppress(ArgumentError):
             return Place(column, KINDS[column].read(str(text), column))
-        except ArgumentError:
-            continue
     name = str(info.field_name).strip("_")
     raise ArgumentError(f"{name!r} must be a time or a clamp position with its unit, got {text!r}")
 
@@ -123,15 +122,11 @@ class Settings(Keyed):
     def _check_together(self) -> Self:
         if unknown := self.column.keys() - KINDS.keys():
             raise ArgumentError(f"column must be one of {', '.join(KINDS)}, got {unknown.pop()!r}")
-        if self.speed is not None and any(place.column != "time" for place in self.tare or ()):
+        places = [self.from_, self.to, *(self.tare or ())]
+        if self.speed is not None and any(not one or one.column != "time" for one in places):
             raise ArgumentError(
-                "with speed, tare must be the beginning and the end of a time: --tare '0 s, 2 s'"
-            )
-        ends = [place.column for place in (self.from_, self.to) if place is not None]
-        if self.speed is not None and ends != ["time", "time"]:
-            raise ArgumentError(
-                "speed needs the times at which the stage begins to move and stops: add --from and "
-                "--to, as in --from '2 s' --to '40 s'"
+                "with speed, give the times at which the stage begins to move and stops, as in "
+                "--from '2 s' --to '40 s'; if you give --tare, it must be times, too"
             )
         for name in self.made & self.column.keys():
             raise ArgumentError(f"give a column of {name} or {INSTEAD[name]}, not both")
@@ -191,10 +186,9 @@ class Imported(Tabular):
 
     def report(self) -> tuple[str, ...]:
         """Lines on how the file was read, and on its zeros."""
-        rows = {f"zero_{name}": counted(zero.rows, "row") for name, zero in self.zeros.items()}
         zeros = [
-            f"{name} = {text}, mean of {rows[name]}, subtracted"
-            for name, text in self.header().items()
+            f"{name} = {text}, mean of {counted(zero.rows, 'row')}, subtracted"
+            for (name, text), zero in zip(self.header().items(), self.zeros.values(), strict=True)
         ]
         return (*self.notes, *(zeros or [NO_TARE]))
 
@@ -291,10 +285,7 @@ def _values(found: dict[str, FileColumn], layout: Layout, name: str, rate: float
     if rate is not None:
         return {"time": layout.samples / rate, **values}
     time = values.get("time", np.empty(0))
-    wrong = {
-        "is missing": np.isnan(time),
-        "does not increase": np.append(False, np.diff(time) <= 0.0)[: len(time)],
-    }
+    wrong = {"is missing": np.isnan(time), "does not increase": np.diff(time, prepend=-np.inf) <= 0}
     for what, late in wrong.items():
         if late.any():
             why = f"time {what}; correct the times, or give --rate instead"
@@ -325,7 +316,7 @@ def _zeros(values: Values, settings: Settings, kept: BoolArray) -> dict[str, Zer
     """Find the zeros in the given window, or in rows that are certainly without load."""
     if settings.tare is not None:
         return zeros_of(values, _inside(values, *settings.tare))
-    free = unloaded(values, int(np.argmax(kept)) if settings.from_ is not None else None)
+    free = unloaded(values, len(kept) if settings.from_ is None else int(np.argmax(kept)))
     return zeros_of(values, np.arange(len(kept)) < free) if free >= FEWEST else {}
 
 
@@ -378,25 +369,23 @@ def _recorded(values: Values) -> list[str]:
     return [name for name in CHANNELS if np.isfinite(values.get(name, np.nan)).any()]
 
 
-def unloaded(values: Values, begin: int | None) -> int:
+def unloaded(values: Values, begin: int) -> int:
     """Count the rows at the beginning that are certainly without load; 0 if none is certain.
 
     Parameters
     ----------
-    begin : int or None
-        First row that was asked for, which is before the clamp moves unless footpoint was recorded.
+    begin : int
+        First row that was asked for, which is before the clamp moves unless footpoint was recorded;
+        without such a row the number of rows.
     """
     channel = next((name for name in ("force_y", "moment_z") if name in values), None)
     if channel is None:
         return 0
     clamp = values.get("footpoint", np.zeros(len(values[channel])))
     rows = np.flatnonzero(np.isfinite(values[channel] + clamp))
-    readings, begins = values[channel][rows], []
-    if begin is not None:
-        begins.append(int(np.searchsorted(rows, begin)))
+    readings, begin = values[channel][rows], int(np.searchsorted(rows, begin))
     if "footpoint" in values:
-        begins.append(moving(clamp[rows]).start)
-    begin = min(begins)
+        begin = min(begin, moving(clamp[rows]).start)
     if not FEWEST < begin < len(readings) - FEWEST:
         return 0
     load = readings - np.median(readings[:FEWEST])

@@ -43,7 +43,6 @@ KINDS = {
     "footpoint": Kind.LENGTH,
     **dict(zip(CHANNELS, CHANNEL_KINDS, strict=True)),
 }
-Columns = list[tuple[str, ...]]
 # Cells of a row of units that mean "no unit", or units of quantities that no recording has.
 NO_UNIT = ("", "-", "1", "%", "V", "mV", "°C", "K")
 # Titles with units: Fz [mN], Fz (mN); if the unit is one of the quantity that the column must hold,
@@ -240,31 +239,22 @@ def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str
 def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
     """Find the table's first line, and the share of numbers in the table; 0, 0 without a table."""
     lines, sign = _separated(lines, separator)
-    rows = [(line, cells_of(text, sign)) for line, text in lines.items()]
+    rows = ((line, cells_of(text, sign)) for line, text in lines.items())
     filled = (row for row in rows if not _empty(row[1]))
-    tables = {}
+    tables: dict[int, list[tuple[str, ...]]] = {}
     for width, group in groupby(filled, lambda row: len(row[1]) * (_share(row[1]) >= 0.5)):
         numbered, cells = zip(*group, strict=True)
         if width >= FEWEST_COLUMNS and len(cells) >= FEWEST_ROWS:
             tables[numbered[0]] = list(zip(*cells, strict=True))
-    if not tables:
-        return 0, 0.0
-    longest = max(tables.values(), key=lambda columns: len(columns[0]))
+    longest = max(tables.values(), key=lambda columns: len(columns[0]), default=[])
     # A line between the parts of a table that has another number of cells is reported later.
-    first = next(line for line, columns in tables.items() if _continued(columns, longest))
+    first = next((line for line, part in tables.items() if _words(part) == _words(longest)), 0)
     return first, _share([cell for column in longest for cell in column])
 
 
-def _continued(columns: Columns, others: Columns) -> bool:
-    """Whether `others` may be further rows of the same table.
-
-    That is not so if one has words where the other has numbers: above the titles may be lines such
-    as ``Rate;50``.
-    """
-    return len(columns) == len(others) and all(
-        _share(column) or _empty(column) or not _share(other)
-        for column, other in zip(columns, others, strict=True)
-    )
+def _words(columns: Sequence[Sequence[str]]) -> list[bool]:
+    """Which columns have words alone, as in lines such as ``Rate;50`` above the titles."""
+    return [not (_share(column) or _empty(column)) for column in columns]
 
 
 def _empty(cells: Sequence[str]) -> bool:

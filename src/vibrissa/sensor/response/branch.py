@@ -125,11 +125,6 @@ class Response(States):
     swings: bool
     curve: StickingCurve
 
-    @property
-    def lock(self) -> int:
-        """Index in `bounds` of the displacement at which the tip locks."""
-        return int(np.argmin(np.abs(self.bounds - self.x0_lock)))
-
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
         """Differentiate fx, fy and m `order` times with respect to x0, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0, order))
@@ -179,10 +174,8 @@ def tabulated(curve: StickingCurve) -> Response:
         # The first x0 of a piece is taken without rounding, so that a piece contains x0 = 0.
         x0 = np.append(begin, states.x0[1:])
         loads = np.stack([states.reaction_fx, states.reaction_fy, states.reaction_m], axis=-1)
-        first = 0
-        if not number and (np.diff(x0) <= 0.0).any():
-            # The end of a retraction may be a little past a limit point.
-            first = int(np.flatnonzero(np.diff(x0) <= 0.0)[-1]) + 1
+        # The end of a retraction may be a little past a limit point.
+        first = 0 if number else int(np.flatnonzero(np.diff(x0, prepend=np.inf) <= 0.0)[-1])
         parts.append(CubicSpline(x0[first:], loads[first:]))
     reactions = PPoly(
         np.concatenate([part.c for part in parts], axis=1),

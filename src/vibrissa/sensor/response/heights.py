@@ -220,18 +220,15 @@ class Stage:
     eta: float
     angle: float = 0.0
 
-    def height(self, clamp: ArrayLike) -> FloatArray:
-        """Height of the surface above the clamp (L)."""
-        return height_at(clamp, self.eta, self.angle)
-
     def along(self, clamp: ArrayLike) -> FloatArray:
         """Convert clamp positions along the stage to positions along the surface (L)."""
         return np.asarray(np.asarray(clamp) * np.cos(self.angle))
 
     def at(self, clamp: ArrayLike) -> Response | HeightStates:
         """Return the rod's states at the height that belongs to each clamp position."""
-        rod = self.rod
-        return rod if isinstance(rod, Response) else rod.states(self.height(clamp))
+        if isinstance(self.rod, Response):
+            return self.rod
+        return self.rod.states(height_at(clamp, self.eta, self.angle))
 
     def states(
         self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike
@@ -321,7 +318,8 @@ def interpolated(whisker: Whisker, low: float, high: float) -> Heights:
     rods = [replace(whisker, eta=eta) for eta in (*nodes.tolist(), between)]
     *solved, unseen = responses(rods)
     found = Heights(low=low, high=high, branches=tuple(solved))
-    if len({(len(one.bounds), one.lock, one.curve.end) for one in solved}) > 1:
+    # The landmarks before the lock, the others, and the end must be the same.
+    if len({(*(one.bounds < one.x0_lock), one.curve.end) for one in solved}) > 1:
         raise NoResponseError(
             "the type of contact (tip or line), or the way in which sticking ends, changes between "
             "them"

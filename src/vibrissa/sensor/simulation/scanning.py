@@ -229,7 +229,8 @@ def simulate(
         margin, past = tip.exit(until)
         if margin == END and stage.rod.swings:
             swing = swing or _message(SWINGS, tip, until, float(positions[step]), told)
-            at, contact = until, tip.swung(until)
+            # After lateral buckling the tip is at its mirror image about the clamp.
+            at, contact = until, 2.0 * float(stage.along(until)) - tip.contact
             tip = replace(tip, contact=contact, side=-tip.side, begin=step, slipped=False)
         elif margin == END or (past and margin == BACKWARD):
             outcome = Outcome.LOCK

@@ -113,9 +113,8 @@ class Slip:
             holds = float(self.surface(self.response.contact(self.clamp, x0, self.side)))
             if abs(float(self.response.demand(x0))) <= holds * (1.0 + FULL):
                 return x0
-        place = self.surface.told(self.clamp)
-        slides = f"has more than {REVERSALS} slides to and fro"
-        raise ArgumentError(f"the slip with the clamp at {place} {slides}: take another law")
+        place = f"the clamp at {self.surface.told(self.clamp)}"
+        raise ArgumentError(f"with {place} a slip has over {REVERSALS} slides: take another law")
 
     def _slide(self, x0: float) -> float:
         """Find x0 where a slide in one direction ends (L); NaN if it leaves the computed states."""
@@ -188,10 +187,6 @@ class Tip:
         """Return the row of the least of the `margins`, and whether x0 > x0_lock."""
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         return int(np.argmin(self.margins(clamp))), bool(x0 > states.x0_lock)
-
-    def swung(self, clamp: float) -> float:
-        """Position of the tip after lateral buckling (L): its mirror image about the clamp."""
-        return 2.0 * float(self.stage.along(clamp)) - self.contact
 
     def slid(self, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
         """Position of the tip after a slip (L); NaN if the slip leaves the computed states."""
