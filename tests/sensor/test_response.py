@@ -17,9 +17,7 @@ from vibrissa.outcomes import Contact
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.onset import strains_in
 from vibrissa.sensor.response import heights
-from vibrissa.sensor.response.branch import tabulated
 from vibrissa.sensor.response.heights import _agrees
-from vibrissa.sticking.piece import NO_PIECES
 
 TILTED = Mounting(clamp_angle=0.035, clamp_compliance=0.1, curvature=-0.1)
 
@@ -65,16 +63,11 @@ def test_the_work_of_the_clamp_bends_the_rod():
     assert work == pytest.approx(bent.energy - bent.energy[0], abs=1e-5)
 
 
-def test_without_retraction_a_response_begins_where_no_friction_is_needed():
-    response = tabulated(replace(solve_curve(2.0, 0.85), retraction=NO_PIECES))
-    assert response.x0_pull == 0.0
-
-
 @pytest.mark.parametrize("mounting", [Mounting(), TILTED])
-def test_strain_of_a_cylinder_is_that_of_its_largest_moment(mounting):
+def test_strain_of_a_rod_without_taper_is_largest_where_the_moment_is(mounting):
     curve = solve_curve(1.0, 0.85, mounting=mounting)
     state = curve.state(0.0)
-    # Without taper |φ'| is the moment, at the clamp; the radius is half the diameter.
+    # |φ' − κ0| is the moment, at the clamp; the radius is half the diameter.
     strain = strains_in([curve], [0.0]).strain[0]
     assert strain == pytest.approx(abs(state.reaction_m) / 2.0, rel=1e-8)
 

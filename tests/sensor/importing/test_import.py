@@ -217,7 +217,6 @@ def test_mistakes_are_named_together(columns, settings, snapshot):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"tare": "2 mm, 0 mm"}, "the file: the tare has fewer than 3 readings of force_x, "),
         ({"tare": "28 mm, 99 m"}, "the file: the tare has fewer than 3 readings of force_x, "),
         ({"moment_origin": "1 mm, 0 mm"}, "there is no column moment_z"),
         ({"begin": "4 m"}, "no row is left between --from and --to"),
@@ -259,11 +258,6 @@ def test_mistakes_of_a_settings_file_are_named(text, message, tmp_path):
     )
     assert result.exit_code == 2 and message in result.output, result.output
     assert result.output.count("\n") == 1 and not (tmp_path / "a.csv").exists()
-
-
-def test_a_folder_is_no_file(tmp_path):
-    result = run("import", tmp_path, "-o", tmp_path / "a.csv")
-    assert result.exit_code == 2 and "Is a directory" in result.output
 
 
 @pytest.mark.slow
