@@ -10,6 +10,7 @@ from vibrissa.cli.options import SETUP, Out, command, hand_out, option
 from vibrissa.cli.warnings import material_of, warn
 from vibrissa.sensor import Setup, SlipLaw, surfaces
 from vibrissa.sensor.simulation.scanning import TipSide
+from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
 
 SURFACE, MOTION = "Surface", "Motion"
@@ -53,9 +54,11 @@ def scan(
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )
+    # A wrong name is refused before any work.
+    transducer = setup.transducer and transducer_of(setup.transducer, whisker.units)
     signals = sensor.scan(whisker, surface, step=step, to=to, law=law, kinetic_ratio=kinetic_ratio)
-    if setup.transducer is not None:
-        signals = signals.measured(setup.transducer, seed)
+    if transducer:
+        signals = signals.measured(transducer, seed)
     hand_out(signals, f"{output}: {signals}", output)
     # The rod bends most at its least height.
     lowest = whisker.level(float(whisker.height(signals.truth.clamp).min()))
