@@ -53,6 +53,8 @@ def test_the_best_of_all_is_chosen_and_each_meets_all_constraints(best):
     found = [other for other in others if other.status is DesignStatus.FOUND]
     assert found and all(other.best.largest >= best.best.largest for other in found)
     assert best.rods[0].largest == best.best.largest and len(best.rods) == count
+    base, tip = re.search(r"base ([\d.]+) mm, tip ([\d.]+) mm", repr(best)).groups()
+    assert float(base) / float(tip) == pytest.approx(best.best.theta, rel=1e-3)
     measured_first = repr(best).partition("measure first")[2].splitlines()[1]
     assert measured_first.split()[0] == best.best.parts()[0].name
 

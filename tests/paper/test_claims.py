@@ -363,6 +363,10 @@ def test_a_few_steps_are_at_most_ten(evidence, steps, verdict):
     assert named("few steps").judge(world(evidence)).verdict == verdict
 
 
+def test_a_line_that_bends_beyond_the_papers_tapers_has_a_condition(evidence):
+    assert named("linear in θ").judge(with_taper(line_in_theta)(evidence)).verdict == CONDITION
+
+
 def test_a_grid_on_which_no_tip_slips_by_itself_is_not_one_on_which_none_slips(evidence):
     locked = changed("friction", status=lambda rows: "lock")(evidence)
     swung = locked.friction[locked.friction["x0_trail"].notna()]

@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from responses import respond
+from steel import SENSOR
 from vibrissa import Mounting, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import RodSection
@@ -193,6 +194,12 @@ def test_pulling_needs_a_response_with_it():
     response = unretracted(respond(2.0, 0.85))
     with pytest.raises(ValueError, match="backward"):
         simulate(response, surfaces.constant(0.3), path("0.001", ["0.2", "0.1"]))
+
+
+def test_a_transducer_of_any_resolution_gives_what_it_reads():
+    fine = SENSOR.model_copy(update={"resolution": (0.0,) * 3, "noise": (0.0,) * 3})
+    loads = np.array([[1.0, -2.0, 0.03]]) / 7.0
+    assert (fine.measured(loads, np.random.default_rng(1)) == loads).all()
 
 
 def test_surfaces():

@@ -11,7 +11,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.paper.evidence import Evidence, bending_of_steps
 from vibrissa.paper.judging import EXAMPLE, NEGLIGIBLE, ends, judged, rises
 from vibrissa.paper.ledger import Finding, judges
-from vibrissa.sticking.api import solve_curve, solve_state
+from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.solving import shooting
 
 # The force on the example rod, in units of E·I0/L² and in N.
@@ -28,13 +28,13 @@ STEEL_STRENGTH = 2.45e9
 def pushed(evidence: Evidence) -> Finding:
     offset = (evidence.scan["x1"] - evidence.scan["footpoint"]).to_numpy()
     forward = all(rises(rows["footpoint"].to_numpy()) for rows in evidence.scans())
-    x1 = solve_curve(2.0, evidence.eta).x1_init
+    curve = solve_curve(2.0, evidence.eta)
 
     def excess(x0: float) -> float:
-        state = solve_state(2.0, evidence.eta, x1 + x0)
-        return state.reaction_fx + 0.4 * state.reaction_fy
+        state = curve.state(-x0)
+        return float(state.reaction_fx + 0.4 * state.reaction_fy)
 
-    pulled = brentq(excess, 0.0, 0.9 * (math.sqrt(1.0 - evidence.eta**2) - x1), xtol=1e-10)
+    pulled = brentq(excess, 0.0, -curve.x0_pull, xtol=1e-10)
     quantities = {
         "smallest x1 − x0": (offset.min(), "L"),
         "displacement when pushed": (evidence.by_theta("x0_slip").loc[2.0, 0.4], "L"),
