@@ -20,7 +20,7 @@ const PLACES = Float64Array.from({ length: LOOKS }, (_, i) => 1 - (1 - i / (LOOK
 const AT_CONTACT = 1e-6;
 /** Number of points of a tail that are examined. */
 const TAIL_LOOKS = 16;
-const BELOW = "the rod dips below the level of its clamp";
+const DIPS = "the rod dips below the level of its clamp";
 const CROSSES_SURFACE = "the rod crosses the surface away from its contact point";
 
 /** Why a shape is inadmissible; empty if it is admissible. @type {(rod: Rod, state: State) => string} */
@@ -39,7 +39,7 @@ export function inadmissible(rod, state) {
   const { s, x, y } = rod.shape(state, EVENLY);
   const free = s.findIndex((value) => value >= state.sc);
   const heights = y.subarray(0, free < 0 ? LOOKS : free);
-  if (Math.min(...heights) < -PASSED) return BELOW;
+  if (Math.min(...heights) < -PASSED) return DIPS;
   if (crosses || (mayNotCross && Math.max(...heights) > state.height + PASSED)) return CROSSES_SURFACE;
   return high - lowest >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
 }
@@ -75,7 +75,7 @@ function tailFault({ mounting }, { sc, height }) {
   const parts = Array.from({ length: TAIL_LOOKS }, (_, k) => (1 + k) / TAIL_LOOKS);
   const ups = parts.map((part) => tailOf(mounting, sc, sc + (1 - sc) * part).up);
   if (Math.max(...ups) > EXACTLY) return CROSSES_SURFACE;
-  return height + Math.min(...ups) < -EXACTLY ? BELOW : "";
+  return height + Math.min(...ups) < -EXACTLY ? DIPS : "";
 }
 
 /** Whether two parts of a line of points cross. @type {(x: Float64Array, y: Float64Array) => boolean} */
