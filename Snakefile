@@ -16,7 +16,7 @@ include: "workflow/rules/results.smk"
 onstart:
     try:
         ownership.claim(Path(RESULTS), STUDY_FILE)
-    except (StudyError, OSError) as error:
+    except (VibrissaError, OSError) as error:
         sys.exit(str(error))
 
 

@@ -27,7 +27,7 @@ def main(argv: list[str]) -> int:
         study = read_study(options.configfile)
         results = Path("results", study.name)
         output = options.output or results.with_name(f"{study.name}.crate.zip")
-        outdated.need_current(study, options.configfile)
+        outdated.need_current(study, options.configfile, study.results)
         number = write_archive(
             places.HOME,
             results,

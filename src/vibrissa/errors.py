@@ -20,17 +20,7 @@ class UnknownNameError(ArgumentError):
 
 
 class StudyError(VibrissaError):
-    """An invalid study file; the message is its first mistake.
-
-    Attributes
-    ----------
-    mistakes : tuple of str
-        All mistakes; each gives the key, the value and the allowed values.
-    """
-
-    def __init__(self, first: str, *others: str) -> None:
-        super().__init__(first)
-        self.mistakes = (first, *others)
+    """An invalid study file; each line of the message is a mistake, with what is allowed."""
 
 
 class TableError(VibrissaError):

@@ -7,10 +7,12 @@ import time
 from pathlib import Path
 
 import pytest
+from snakemake.persistence.file import FilePersistence
 
 from runs import ROOT, TINY
 from vibrissa.errors import DamagedTableError, VibrissaError
-from vibrissa.pipeline import jobs, ownership, places
+from vibrissa.pipeline import jobs, outdated, ownership, places
+from vibrissa.tables import schemas, store
 
 
 def test_all_mistakes_of_a_study_file_are_shown_before_any_work(fresh):
@@ -82,6 +84,20 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     assert [path.name for path in results.iterdir()] == ["study_file.txt"]
     assert Path("results/a/study_file.txt").read_text() == "copy.yaml\n"
     ownership._held.pop().close()
+
+
+@pytest.mark.parametrize("name", ["tables/states.parquet", f"chunks/{'long' * 50}.parquet"])
+def test_a_table_without_a_record_must_be_of_the_study_file(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    results, path = Path("results/a"), Path("results/a", name)
+    path.parent.mkdir(parents=True)
+    store.write(schemas.STATES.empty_table(), path, "study: a")
+    outdated.need_records(results, {name: "study: a", "missing": "study: b"})
+    with pytest.raises(VibrissaError, match="no record of it: delete the folder results/a, or"):
+        outdated.need_records(results, {name: "study: b"})
+    records = FilePersistence(dag=None)
+    records._mark_incomplete(str(path), None)
+    outdated.need_records(results, {name: "study: b"})
 
 
 def test_places_are_those_of_the_clone(monkeypatch):

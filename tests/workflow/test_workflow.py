@@ -1,7 +1,6 @@
 """The workflow: what a finished study holds, what a change makes anew, and what is refused."""
 
 import os
-import re
 import shutil
 from itertools import product
 
@@ -99,16 +98,16 @@ def test_values_appended_to_an_axis_leave_the_other_chunks(done):
 
 
 def test_results_from_another_machine_are_used_as_they_are(done):
-    """Without Snakemake's records, and with other times; then there is nothing to be done."""
+    """Once Snakemake has records of them; before, those of another study file are refused."""
     shutil.rmtree(done.root / ".snakemake")
-    for path in (done.root / "results").rglob("*"):
-        path.touch()
-    done.run("--touch")
-    # An earlier study file had more.
-    done.edit("  state: {kind: state, state: inside}\n", "")
-    done.edit("states:\n  inside: {theta: 1, eta: 0.55, x1: 0.15}\n", "")
-    screen = done.run("-n")
-    assert {"stiction", "chunk", "scans"}.isdisjoint(re.findall(r"^(\w+) +\d+$", screen, re.M))
+    done.edit("cycles: 2", "cycles: 3")
+    status, screen = done.call("-n")
+    told = "scans.parquet was made from another study file, which has the line 'cycles: 2'; "
+    assert status == 1 and f"{told}Snakemake has no record of it: delete the folder" in screen
+    done.edit("cycles: 3", "cycles: 2")
+    done.run("--touch", "--forceall")
+    done.edit("cycles: 2", "cycles: 3")
+    assert done.jobs() == SHOWN | {"scans": 1}
 
 
 def test_a_damaged_chunk_is_named_and_removed_and_the_same_command_makes_it_anew(done):

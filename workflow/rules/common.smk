@@ -7,8 +7,8 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 try:
-    from vibrissa.errors import StudyError
-    from vibrissa.pipeline import ownership, places
+    from vibrissa.errors import VibrissaError
+    from vibrissa.pipeline import outdated, ownership, places
     from vibrissa.provenance import digest
     from vibrissa.study.reading import read_study
     from vibrissa.wording import figure_name
@@ -47,12 +47,17 @@ try:
         STUDY = read_study(STUDY_FILE, workflow.config_settings.config)
     RESULTS = f"results/{STUDY.name}"
     ownership.check(Path(RESULTS), STUDY_FILE)
-except StudyError as error:
-    sys.exit("\n".join(error.mistakes))
+    SOLVER = {"contact": STUDY.contact, "section": STUDY.section, "method": STUDY.method}
+    if workflow.is_main_process:
+        parts = {f"tables/{name}.parquet": STUDY.part(name) for name in STUDY.tables}
+        for name, chunk in STUDY.chunks.items():
+            parts[f"chunks/{name}.parquet"] = chunk.part(SOLVER)
+        outdated.need_records(Path(RESULTS), parts)
+except VibrissaError as error:
+    sys.exit(str(error))
 
-# Settings of the solver, and digests of the code. They are `params` of rules: when they change,
-# Snakemake runs these rules again.
-SOLVER = {"contact": STUDY.contact, "section": STUDY.section, "method": STUDY.method}
+# Digests of the code. They are `params` of rules, like `SOLVER`: when they change, Snakemake runs
+# these rules again.
 SOLVING_CODE = digest(
     "numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.py", "tables"
 )

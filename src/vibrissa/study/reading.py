@@ -57,7 +57,8 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
             where = elsewhere if is_changed else f"{path}:{line}" if line else str(path)
             place = f"{spell_location(location)}: " if location else ""
             lines.append((line, f"{where}: {place}{mistake}"))
-        raise StudyError(*(text for _, text in sorted(lines, key=lambda one: one[0]))) from None
+        lines.sort(key=lambda one: one[0])
+        raise StudyError("\n".join(text for _, text in lines)) from None
 
 
 def name_in(path: Path) -> str:

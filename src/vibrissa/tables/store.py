@@ -114,7 +114,7 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
     return table.cast(schema.with_metadata(file.schema_arrow.metadata))
 
 
-def need_study(path: str | Path, study_part: str) -> None:
+def need_study(path: str | Path, study_part: str, remedy: str = DamagedTableError.REMEDY) -> None:
     """Check that a table was made from this part of a study file.
 
     Raises
@@ -126,4 +126,4 @@ def need_study(path: str | Path, study_part: str) -> None:
     if found != study_part:
         others = [line for line in found.splitlines() if line not in study_part.splitlines()]
         has = f"the line '{others[0].strip()}'" if others else "fewer entries"
-        raise DamagedTableError(path, f"was made from another study file, which has {has}")
+        raise DamagedTableError(path, f"was made from another study file, which has {has}", remedy)
