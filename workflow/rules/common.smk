@@ -2,6 +2,7 @@
 import os
 import shlex
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -56,15 +57,18 @@ try:
 except VibrissaError as error:
     sys.exit(str(error))
 
-# Digests of the code. They are `params` of rules, like `SOLVER`: when they change, Snakemake runs
-# these rules again.
-SOLVING_CODE = digest(
-    "numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.py", "tables"
-)
-STUDY_CODE = digest(
-    *("numerics", "mechanics", "sticking", "study", "tables"),
-    *("figures", "paper", "report", "explorer"),
-)
+# Digests of the code, and versions of what it computes and draws with. They are `params` of rules,
+# like `SOLVER`: when they change, Snakemake runs these rules again.
+SOLVING_CODE = [
+    digest("numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.py", "tables"),
+    "Python {}.{}".format(*sys.version_info),
+    *(f"{library} {version(library)}" for library in ("numpy", "scipy")),
+]
+STUDY_CODE = [
+    digest("study", "figures", "paper", "report", "explorer"),
+    *SOLVING_CODE,
+    *(f"{library} {version(library)}" for library in ("pandas", "pyarrow", "matplotlib")),
+]
 
 
 wildcard_constraints:
