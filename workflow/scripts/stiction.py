@@ -1,15 +1,23 @@
-"""Join the chunks of all grids into one table; refuse chunks of another study file."""
+"""Join the chunks of all grids into one table; refuse all damaged chunks and all of other files."""
 
+from vibrissa.errors import DamagedTableError
 from vibrissa.pipeline import jobs
 from vibrissa.tables import query, schemas, store
 
+
+def rows(params):
+    """Yield the rows of all chunks; read all before the damaged ones are refused."""
+    damaged = []
+    for path, chunk_part in zip(snakemake.input, params.chunk_parts, strict=True):
+        try:
+            chunk = query.opened(path, schemas.STICTION, chunk_part)
+            yield from query.batches(chunk, schemas.STICTION.names)
+        except DamagedTableError as error:
+            damaged.append(error)
+    if damaged:
+        raise ExceptionGroup("damaged chunks", damaged)
+
+
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
-    batches = (
-        batch
-        for path, chunk_part in zip(snakemake.input, params.chunk_parts, strict=True)
-        for batch in query.batches(
-            query.opened(path, schemas.STICTION, chunk_part), schemas.STICTION.names
-        )
-    )
-    store.write_batches(batches, schemas.STICTION, snakemake.output[0], params.study_part)
+    store.write_batches(rows(params), schemas.STICTION, snakemake.output[0], params.study_part)
