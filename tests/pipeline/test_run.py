@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from snakemake.persistence.file import FilePersistence
@@ -74,6 +75,11 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     ownership.check(results, first.absolute())
     with pytest.raises(VibrissaError, match="change the value of the key 'study' in copy"):
         ownership.check(results, copy)
+    for unreadable in (b"\xff", b"long" * 99):
+        Path("results/a/study_file.txt").write_bytes(unreadable)
+        with pytest.raises(VibrissaError, match=r"read \(.*or delete results/a/study_file.txt"):
+            ownership.check(results, copy)
+    Path("results/a/study_file.txt").write_text("first.yaml\n")
     first.write_text("study: b\n")
     ownership.check(results, copy)
     with pytest.raises(VibrissaError, match=r"another run of this study is active in .*/a:"):
@@ -84,6 +90,9 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     assert [path.name for path in results.iterdir()] == ["study_file.txt"]
     assert Path("results/a/study_file.txt").read_text() == "copy.yaml\n"
     ownership._held.pop().close()
+    monkeypatch.setattr(ownership.fcntl, "flock", Mock(side_effect=OSError(38, "no")))
+    with pytest.raises(VibrissaError, match=r"has no locks \(flock: .* another file system"):
+        ownership.claim(results, copy)
 
 
 @pytest.mark.parametrize("name", ["tables/states.parquet", f"chunks/{'long' * 50}.parquet"])

@@ -21,15 +21,24 @@ def check(results: Path, study_file: Path) -> None:
     ------
     StudyError
         If the folder belongs to another study file that still exists, and if the study in that
-        file still has the name of the folder.
+        file still has the name of the folder; or if this cannot be found out.
     """
-    record = results / RECORD
-    owner = Path(record.read_text(encoding="utf-8").strip()) if record.is_file() else study_file
-    name = results.name
-    if owner.is_file() and not owner.samefile(study_file) and name_in(owner) == name:
+    record, name = results / RECORD, results.name
+    remedy = f"change the value of the key 'study' in {study_file}"
+    try:
+        owner = Path(record.read_text(encoding="utf-8").strip())
+        is_other = not owner.samefile(study_file) and name_in(owner) == name
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except (OSError, ValueError) as error:
+        raise StudyError(
+            f"{results} may belong to another study file, which {record} names, but that cannot be "
+            f"read ({error}): {remedy}, or delete {record}"
+        ) from None
+    if is_other:
         raise StudyError(
             f"{study_file}: study: {name!r} is used by {owner}, whose results are in {results}; "
-            f"change the value of the key 'study' in {study_file}"
+            f"{remedy}"
         )
 
 
@@ -42,7 +51,7 @@ def claim(results: Path, study_file: Path) -> None:
     Raises
     ------
     StudyError
-        If another run has the lock.
+        If another run has the lock, or if the file system has no locks.
     """
     results.mkdir(parents=True, exist_ok=True)
     record = (results / RECORD).open("a", encoding="utf-8")
@@ -52,6 +61,11 @@ def claim(results: Path, study_file: Path) -> None:
         raise StudyError(
             f"another run of this study is active in the folder {results.absolute()}: wait for it "
             "or stop it"
+        ) from None
+    except OSError as error:
+        raise StudyError(
+            f"the file system of the folder {results.absolute()} has no locks (flock: {error}): run "
+            "the study on another file system, as in --directory FOLDER"
         ) from None
     _held.append(record)
     record.truncate(0)
