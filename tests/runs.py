@@ -46,7 +46,7 @@ class Folder:
         """Exit status, and what stands on the screen."""
         command = [sys.executable, "-m", "vibrissa.pipeline", "--cores", "2", *arguments]
         result = subprocess.run(
-            [*command, "--configfile", study],
+            [*command, "--configfile", *study.split()],
             cwd=self.root,
             env=os.environ | {"PYTHONPATH": str(self.home / "src")},
             stdout=subprocess.PIPE,

@@ -46,6 +46,12 @@ def clone(tmp_path, monkeypatch):
     return tmp_path
 
 
+def test_a_link_to_nowhere_is_no_source(clone):
+    before = provenance.digest()
+    (clone / "src/vibrissa/.#provenance.py").symlink_to("me@here.1")
+    assert provenance.digest() == before
+
+
 @pytest.mark.parametrize(
     ("name", "counts"),
     [

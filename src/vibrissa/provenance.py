@@ -48,6 +48,7 @@ def digest(*parts: str) -> str:
     total = hashlib.sha256()
     for path in sorted(_PACKAGE.rglob("*")):
         is_wanted = path.parent == _PACKAGE or wanted & {path, *path.parents}
-        if is_wanted and path.suffix in SOURCES:
+        # An editor may make a link to nowhere that is named like a source file.
+        if is_wanted and path.suffix in SOURCES and path.is_file():
             total.update(f"{path.relative_to(_PACKAGE)}\n".encode() + path.read_bytes())
     return total.hexdigest()[:16]

@@ -137,6 +137,8 @@ def test_a_copy_of_a_study_file_does_not_write_over_the_results_of_the_first(don
     assert status != 0
     assert "copy.yaml: study: 'tiny' is used by tiny.yaml" in screen
     assert "change the value of the key 'study' in copy.yaml" in screen
+    status, screen = done.call("-n", study="copy.yaml tiny.yaml")
+    assert status == 1 and "with --configfile, not copy.yaml and tiny.yaml" in screen
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,9 @@ if not workflow.configfiles:  # with a file given, this directive would merge bo
     configfile: str(places.PAPER)
 
 
-STUDY_FILE = places.near(Path([workflow.main_snakefile, *workflow.configfiles][-1]))
+STUDY_FILE, *others = map(places.near, map(Path, workflow.configfiles or [workflow.main_snakefile]))
+if others and not INCLUDED:  # the last would count, and nobody would notice
+    sys.exit(f"give one study file with --configfile, not {STUDY_FILE} and {others[0]}")
 try:
     if INCLUDED:
         STUDY = read_study(None, config)
