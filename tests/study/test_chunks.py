@@ -78,3 +78,5 @@ def test_what_a_cluster_is_asked_for_grows_with_the_chunk():
     (few,) = chunks_of("g", grid(), {})
     (many,) = chunks_of("g", grid(theta=200, eta=10), {})
     assert few.minutes(False) < many.minutes(False) < many.minutes(True)
+    mounted = grid(theta=20) | dict.fromkeys(MOUNTING_AXES, axis(0.0, 8))
+    assert max(chunk.minutes(False) for chunk in chunks_of("g", mounted, SIZES)) < 60

@@ -210,7 +210,7 @@ WRONG = {
     "nan": ("[0.001]", "[0.001, .nan]", "11: grids.main.dx0[1]", "nan is not allowed"),
     "inf": ("[1, 2.5]", "[1, .inf]", "8: grids.main.theta[1]", "inf is not allowed"),
     "no grids": (STUDY[STUDY.index("grids:") :], "grids: {}", "6: grids", "at least 1"),
-    "points": ("method: collocation", "max_points: 7", "6: grids", "the study has 8 points"),
+    "points": ("method: collocation", "max_points: 44", "4: max_points", "has 45 points, c"),
     "kind": ("kind: state,", "kind: stait,", "28: figures.state.kind", "'taper', 'friction',"),
     "unknown state": ("state: single", "state: x", "28: figures.state.state", "allowed: single"),
     "unknown grid": ("grid: main, cap", "grid: x, cap", "24: figures.taper.grid", "'x' is not"),

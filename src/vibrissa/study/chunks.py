@@ -16,7 +16,7 @@ from vibrissa.study.axes import MOUNTING_AXES, Values, sortable, spell_value
 ROW_ORDER = ("eta", "theta", *MOUNTING_AXES, "dx0", "mu0")
 # Default number of values of each axis in a chunk: a job then takes seconds to some minutes.
 # Friction and step are not cut, as their points cost little.
-SIZES = {"theta": 128, "eta": 16, **dict.fromkeys(MOUNTING_AXES, 8)}
+SIZES = {"theta": 128, "eta": 16, **dict.fromkeys(MOUNTING_AXES, 4)}
 # The paper's own method takes ten seconds and more for each rod and step.
 SIZES_BY_STEP = {"theta": 1, "eta": 1}
 # Times requested from a cluster (s), which are upper bounds: for a rod (usually 5 to 20 ms; more

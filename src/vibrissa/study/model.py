@@ -122,8 +122,8 @@ class Study(Section):
     )
     max_points: Count = Field(
         default=MAX_POINTS,
-        description="largest number of points that the study may have, a whole number from 1; it "
-        "catches a typing error before any work",
+        description="largest number of points that the study may have, a whole number from 1; each "
+        "cycle of a scan counts as a point; it catches a typing error before any work",
     )
     grids: dict[Name, GridSection] = Field(
         min_length=1,
@@ -176,10 +176,11 @@ class Study(Section):
 
     def _check_solution(self, mistakes: Mistakes) -> None:
         """Find a number of points above `max_points`, and settings that shooting cannot solve."""
-        points = sum(number_of_points(grid.axes) for grid in self.grids.values())
+        solved = (*self.grids.values(), *self.scans.values(), *self.comparisons.values())
+        points = sum(number_of_points(one.axes) * getattr(one, "cycles", 1) for one in solved)
         if points > self.max_points:
-            most = f"the study has {points:,} points, but max_points allows {self.max_points:,}"
-            mistakes.add(most, "grids")
+            has = f"the study has {points:,} points, counting each cycle of a scan"
+            mistakes.add(f"{has}; allowed: {self.max_points:,}", "max_points")
         if self.method is Solver.SHOOTING:
             axes = [grid.axes for grid in (*self.grids.values(), *self.scans.values())]
             is_ideal = all(one[axis] == (0.0,) for one in axes for axis in MOUNTING_AXES)
