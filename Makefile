@@ -36,6 +36,8 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: help reproduce study check bless archive verify explorer setup test lint docs format lock clean
 .DEFAULT_GOAL := help
+# Each target runs its own processes on all cores, and two installations in .venv would collide.
+.NOTPARALLEL:
 
 help:
 	@echo "Studies (each takes CORES=n, and PROFILE=workflow/profiles/slurm for a cluster):"

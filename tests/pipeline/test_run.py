@@ -38,7 +38,9 @@ def test_a_run_that_is_stopped_says_so(fresh):
     while not fresh.chunks():
         assert process.poll() is None, process.stdout.read()
         time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        process.send_signal(number)
+        time.sleep(0.1)
     screen, _ = process.communicate(timeout=60)
     assert process.returncode == 128 + signal.SIGINT and "Traceback" not in screen
     told = "Stopped. Finished results are kept: run the same command to resume."

@@ -129,6 +129,15 @@ def test_an_environment_of_jobs_finds_the_package(tmp_path: Path) -> None:
     subprocess.run(["python", "-I", "-c", "import vibrissa"], env=variables, check=True)
 
 
+def test_groups_of_packages_are_installed_one_after_the_other(tmp_path: Path) -> None:
+    (tmp_path / ".study").write_text(f"{ROOT}\n")
+    install = "echo begins; sleep 0.2; echo ends; true"
+    command = ["make", "-s", "-j2", "setup", "LOCKS=test docs", f"VENV={tmp_path}"]
+    command += [f"PIP_INSTALL={install}"]
+    screen = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    assert re.findall("^begins|^ends", screen, re.M) == ["begins", "ends"] * 2
+
+
 def test_the_version_is_the_same_everywhere() -> None:
     version = PROJECT["project"]["version"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
