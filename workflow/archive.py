@@ -11,7 +11,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from vibrissa.archive.crate import write_archive
+from vibrissa.archive.crate import need_committed, write_archive
 from vibrissa.errors import VibrissaError
 from vibrissa.pipeline import outdated, places
 from vibrissa.provenance import commit
@@ -28,12 +28,14 @@ def main(argv: list[str]) -> int:
         results = Path("results", study.name)
         output = options.output or results.with_name(f"{study.name}.crate.zip")
         outdated.need_current(study, options.configfile, study.results)
+        version = commit()
+        need_committed(version, (results / f"tables/{name}.parquet" for name in study.tables))
         number = write_archive(
             places.HOME,
             results,
             study.results,
             options.configfile,
-            commit(),
+            version,
             output,
             [figure.script for figure in study.figures.values() if figure.script],
         )

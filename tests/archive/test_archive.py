@@ -7,7 +7,8 @@ import sys
 import pytest
 
 from runs import ARCHIVED, ROOT
-from vibrissa.archive.crate import ArchiveError, write_archive
+from vibrissa.archive.crate import ArchiveError, need_committed, write_archive
+from vibrissa.tables import schemas, store
 
 
 @pytest.mark.slow
@@ -34,9 +35,13 @@ def test_its_description_is_one_of_ro_crate(unpacked):
     assert by_id["Snakefile"]["programmingLanguage"]
 
 
-def test_what_cannot_be_archived_is_refused(tmp_path):
+def test_what_cannot_be_archived_is_refused(tmp_path, monkeypatch):
     with pytest.raises(ArchiveError, match="the code was edited since commit abc; commit the"):
-        write_archive(ROOT, tmp_path, [], tmp_path / "my.yaml", "abc-dirty", tmp_path / "a.zip")
+        need_committed("abc-dirty", [])
+    monkeypatch.setattr(store, "commit", lambda: "abc-dirty")
+    store.write(schemas.STATES.empty_table(), tmp_path / "states.parquet")
+    with pytest.raises(ArchiveError, match="states.parquet was made by edited code, abc-dirty; d"):
+        need_committed("abc", [tmp_path / "states.parquet"])
     with pytest.raises(ArchiveError, match="run the archive in a clone of the"):
         write_archive(tmp_path, tmp_path, [], tmp_path / "my.yaml", "abc", tmp_path / "a.zip")
     assert not (tmp_path / "a.zip").exists()

@@ -16,6 +16,7 @@ from vibrissa import __version__, provenance
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.provenance import COMMIT_FILE
+from vibrissa.tables import store
 
 # Files and folders that run a study or explain it, relative to the project.
 CODE = (
@@ -48,6 +49,18 @@ class ArchiveError(VibrissaError):
     """A study that cannot be archived, or an archive that cannot be used."""
 
 
+def need_committed(commit: str, tables: Iterable[Path]) -> None:
+    """Refuse code that was edited since its commit, and tables that such code made."""
+    then = "run the study again, and archive it then"
+    if commit.endswith("-dirty"):
+        last = commit.removesuffix("-dirty")
+        raise ArchiveError(f"the code was edited since commit {last}; commit the changes, {then}")
+    for path in tables:
+        if (made_by := store.metadata(path)[store.COMMIT]).endswith("-dirty"):
+            edited = f"{path} was made by edited code, {made_by}"
+            raise ArchiveError(f"{edited}; delete the folder {path.parent.parent}, {then}")
+
+
 def write_archive(
     root: Path,
     results: Path,
@@ -71,14 +84,8 @@ def write_archive(
     Raises
     ------
     ArchiveError
-        If the code was edited since its commit, or if `root` is not a clone of the project but, for
-        example, an installed wheel.
+        If `root` is not a clone of the project but, for example, an installed wheel.
     """
-    if commit.endswith("-dirty"):
-        raise ArchiveError(
-            f"the code was edited since commit {commit.removesuffix('-dirty')}; commit the "
-            "changes, run the study again, and archive it then"
-        )
     if absent := [name for name in CODE if not (root / name).exists()]:
         raise ArchiveError(
             f"{root} has no {', '.join(absent)}: run the archive in a clone of the project"
