@@ -36,11 +36,11 @@ def test_its_description_is_one_of_ro_crate(unpacked):
 
 
 def test_what_cannot_be_archived_is_refused(tmp_path, monkeypatch):
-    with pytest.raises(ArchiveError, match="the code was edited since commit abc; commit the"):
+    with pytest.raises(ArchiveError, match=r"of this archive was edited since its commit \(abc-d"):
         need_committed("abc-dirty", [])
     monkeypatch.setattr(store, "commit", lambda: "abc-dirty")
     store.write(schemas.STATES.empty_table(), tmp_path / "states.parquet")
-    with pytest.raises(ArchiveError, match="states.parquet was made by edited code, abc-dirty; d"):
+    with pytest.raises(ArchiveError, match=r"code of .*states.parquet was edited since"):
         need_committed("abc", [tmp_path / "states.parquet"])
     with pytest.raises(ArchiveError, match="run the archive in a clone of the"):
         write_archive(tmp_path, tmp_path, [], tmp_path / "my.yaml", "abc", tmp_path / "a.zip")
@@ -57,7 +57,7 @@ def test_the_command_archives_current_results_alone(done):
 
     status, screen = archived()
     # The project itself may be edited since its commit.
-    assert "results/tiny.crate.zip holds " in screen or "the code was edited" in screen
+    assert "results/tiny.crate.zip holds " in screen or "this archive was edited" in screen
     edits = {"Two cycles": "older than the code or the", "[0.3, 5]": "made from another study"}
     for old, words in edits.items():
         done.edit(old, old.replace("5", "4").replace("Two", "2"))

@@ -79,7 +79,7 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
         ownership.check(results, copy)
     for unreadable in (b"\xff", b"long" * 99):
         Path("results/a/study_file.txt").write_bytes(unreadable)
-        with pytest.raises(VibrissaError, match=r"read \(.*or delete results/a/study_file.txt"):
+        with pytest.raises(VibrissaError, match=r"named in results/a/study_file.txt \(.*; change"):
             ownership.check(results, copy)
     Path("results/a/study_file.txt").write_text("first.yaml\n")
     first.write_text("study: b\n")
@@ -93,7 +93,7 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     assert Path("results/a/study_file.txt").read_text() == "copy.yaml\n"
     ownership._held.pop().close()
     monkeypatch.setattr(ownership.fcntl, "flock", Mock(side_effect=OSError(38, "no")))
-    with pytest.raises(VibrissaError, match=r"has no locks \(flock: .* another file system"):
+    with pytest.raises(VibrissaError, match=r"results/a cannot be locked \(.*: use another file"):
         ownership.claim(results, copy)
 
 

@@ -327,7 +327,7 @@ def test_claims_need_the_papers_points_and_say_what_to_remove(read):
     assert "claims.taper" in told and "need 0.2, 0.3, 0.4" in told
     assert told.endswith("or remove the optional key `claims`")
     for old, new, needed in (
-        ("cycles: 9", "cycles: 1", "'nine_cycles' needs 2 cycles or more"),
+        ("cycles: 9", "cycles: 1", "'nine_cycles' needs cycles: 2 or more"),
         ("theta: [2]", "theta: [2, 3]", "theta = 2, 3, but the paper's statements need 2 alone"),
         ("mu0: [0.2, 0.3, 0.4]", "mu0: [0.2, 0.3, 0.4, 0.5]", "0.4 and no smaller or larger value"),
         ("theta: [2]", "theta: [2]\n    clamp_angle: [0.1]", "clamp_angle = 0.1, but"),

@@ -15,7 +15,6 @@ from rocrate.rocrate import ROCrate
 from vibrissa import __version__, provenance
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
-from vibrissa.provenance import COMMIT_FILE
 from vibrissa.tables import store
 
 # Files and folders that run a study or explain it, relative to the project.
@@ -51,14 +50,13 @@ class ArchiveError(VibrissaError):
 
 def need_committed(commit: str, tables: Iterable[Path]) -> None:
     """Refuse code that was edited since its commit, and tables that such code made."""
-    then = "run the study again, and archive it then"
-    if commit.endswith("-dirty"):
-        last = commit.removesuffix("-dirty")
-        raise ArchiveError(f"the code was edited since commit {last}; commit the changes, {then}")
-    for path in tables:
-        if (made_by := store.metadata(path)[store.COMMIT]).endswith("-dirty"):
-            edited = f"{path} was made by edited code, {made_by}"
-            raise ArchiveError(f"{edited}; delete the folder {path.parent.parent}, {then}")
+    made_by = {str(path): store.metadata(path)[store.COMMIT] for path in tables}
+    for what, version in {"this archive": commit, **made_by}.items():
+        if version.endswith("-dirty"):
+            raise ArchiveError(
+                f"the code of {what} was edited since its commit ({version}); commit the changes, "
+                "delete the study's folder in results/, run the study again, and archive it then"
+            )
 
 
 def write_archive(
@@ -98,7 +96,8 @@ def write_archive(
         for place, source in sources.items():
             _copy(source, folder / place)
         # `vibrissa.provenance` reads it where git is missing.
-        (folder / "src/vibrissa" / COMMIT_FILE).write_text(f"{commit}\n", encoding="utf-8")
+        recorded = folder / "src/vibrissa" / provenance.COMMIT_FILE
+        recorded.write_text(f"{commit}\n", encoding="utf-8")
         readme = _README.format(study=results.name, version=__version__, commit=commit)
         (folder / "README.md").write_text(readme, encoding="utf-8")
         with write_atomically(output) as temporary:

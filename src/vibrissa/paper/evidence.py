@@ -76,8 +76,7 @@ class Evidence:
 
     def first_periods(self) -> list[pd.DataFrame]:
         """Return the steps of the first period of sticking, in one table for each scan."""
-        first = self.scan[(self.scan["cycle"] == 1) & (self.scan["phase"] == "stick")]
-        return [rows for _, rows in first.groupby(["theta", "mu0"])]
+        return [rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")] for rows in self.scans()]
 
     def of_scans(self, value: Callable[[pd.DataFrame], float]) -> pd.DataFrame:
         """Apply `value` to the steps of each scan: a row for each θ, a column for each μ0."""
@@ -140,8 +139,7 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
 
 def bending_of_steps(rows: pd.DataFrame) -> Bending:
     """Measure the bending of the rod in each step of a scan."""
-    state = (rows["theta"], rows["f"], rows["alpha"], rows["x1"] - rows["footpoint"], rows["eta"])
-    return measure(*(values.to_numpy() for values in state))
+    return _bending(rows, rows["f"], rows["alpha"], rows["x1"] - rows["footpoint"])
 
 
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
@@ -150,14 +148,15 @@ def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
     It is measured in the mirror image of this state, a state with the clamp pulled back (x0 < 0).
     """
     x0 = 2.0 * rows["x0_end"] - rows["x0_trail"]
-    return _bending(rows, rows["f_trail"], -rows["alpha_trail"], x0)
+    return _bending(rows, rows["f_trail"], -rows["alpha_trail"], rows["x1_init"] - x0)
 
 
 def bending_at_the_last_state(rows: pd.DataFrame) -> Bending:
     """Measure the bending of the rod at each grid point in its last sticking state."""
-    return _bending(rows, rows["f_last"], rows["alpha_last"], rows["x0_max"])
+    return _bending(rows, rows["f_last"], rows["alpha_last"], rows["x1_init"] - rows["x0_max"])
 
 
-def _bending(rows: pd.DataFrame, f: pd.Series, alpha: pd.Series, x0: pd.Series) -> Bending:
-    state = (rows["theta"], f, alpha, rows["x1_init"] - x0, rows["eta"])
+def _bending(rows: pd.DataFrame, f: pd.Series, alpha: pd.Series, x1: pd.Series) -> Bending:
+    """Measure the bending; x1 is the distance of the tip from the clamp along the surface."""
+    state = (rows["theta"], f, alpha, x1, rows["eta"])
     return measure(*(values.to_numpy() for values in state))

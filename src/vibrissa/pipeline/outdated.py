@@ -7,12 +7,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from vibrissa.errors import ComparisonError
-from vibrissa.pipeline.places import PAPER, SNAKEFILE
+from vibrissa.pipeline.places import SNAKEFILE, near
 from vibrissa.study.model import Study
 from vibrissa.tables import store
 
-# Output of a dry run of Snakemake if all results are current.
-CURRENT = "Nothing to be done"
 # Folders in which Snakemake records how files were made, and that their making has begun.
 RECORDS = (Path(".snakemake/metadata"), Path(".snakemake/incomplete"))
 
@@ -72,8 +70,8 @@ def need_current(study: Study, study_file: Path, results: Iterable[str]) -> None
     screen = " ".join(f"{result.stdout} {result.stderr}".split())
     if result.returncode:
         raise ComparisonError(f"Snakemake cannot check whether results are current: {screen}")
-    if CURRENT not in screen:
-        run = "make reproduce" if study_file == PAPER else f"make study STUDY={study_file}"
+    if "Nothing to be done" not in screen:
         raise ComparisonError(
-            f"the results are older than the code or the study file; run {run} first"
+            "the results are older than the code or the study file; "
+            f"run make study STUDY={near(study_file)} first"
         )

@@ -24,22 +24,19 @@ def check(results: Path, study_file: Path) -> None:
         file still has the name of the folder; or if this cannot be found out.
     """
     record, name = results / RECORD, results.name
-    remedy = f"change the value of the key 'study' in {study_file}"
     try:
         owner = Path(record.read_text(encoding="utf-8").strip())
-        is_other = not owner.samefile(study_file) and name_in(owner) == name
-    except (FileNotFoundError, NotADirectoryError):
+        if owner.samefile(study_file) or name_in(owner) != name:
+            return
+        used = f"is used by {owner}"
+    except (FileNotFoundError, NotADirectoryError, StudyError):  # no record, or of no study file
         return
     except (OSError, ValueError) as error:
-        raise StudyError(
-            f"{results} may belong to another study file, which {record} names, but that cannot be "
-            f"read ({error}): {remedy}, or delete {record}"
-        ) from None
-    if is_other:
-        raise StudyError(
-            f"{study_file}: study: {name!r} is used by {owner}, whose results are in {results}; "
-            f"{remedy}"
-        )
+        used = f"may be used by another study file, named in {record} ({error})"
+    raise StudyError(
+        f"{study_file}: study: {name!r} {used}, whose results are in {results}; "
+        f"change the value of the key 'study' in {study_file}"
+    )
 
 
 def claim(results: Path, study_file: Path) -> None:
@@ -63,10 +60,7 @@ def claim(results: Path, study_file: Path) -> None:
             "or stop it"
         ) from None
     except OSError as error:
-        raise StudyError(
-            f"the file system of the folder {results.absolute()} has no locks (flock: {error}): run "
-            "the study on another file system, as in --directory FOLDER"
-        ) from None
+        raise StudyError(f"{results} cannot be locked ({error}): use another file system") from None
     _held.append(record)
     record.truncate(0)
     print(near(study_file.absolute()), file=record, flush=True)

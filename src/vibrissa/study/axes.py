@@ -108,14 +108,9 @@ class Axis:
         """Accept a value, a list of values or a range; order the values."""
         values = list[self.number]  # type: ignore[name-defined]
         written = BeforeValidator(_expanded, json_schema_input_type=self.number | values | Range)
-        some = Annotated[values, Field(min_length=1), written]
-        return handler.generate_schema(
-            Annotated[some, AfterValidator(_ordered), PlainSerializer(list)]
-        )
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
-        """Add the meaning of the axis to the JSON Schema as its description."""
-        return {**handler(schema), "description": self.meaning}
+        some = Annotated[values, Field(min_length=1), written, AfterValidator(_ordered)]
+        described = Field(description=self.meaning)
+        return handler.generate_schema(Annotated[some, PlainSerializer(list), described])
 
 
 # The four parameters of a grid point, then the four of its rod's mounting (0 in the paper).

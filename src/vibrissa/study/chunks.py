@@ -45,9 +45,9 @@ class Chunk:
 
     def minutes(self, by_step: bool) -> int:
         """Return the minutes to request from a cluster; `by_step`: one solution for each Δx0."""
-        rods = number_of_rods(self.axes)
-        points = rods * len(self.axes["mu0"]) * len(self.axes["dx0"])
-        seconds = ROD_BY_STEP * rods * len(self.axes["dx0"]) if by_step else ROD * rods
+        points = number_of_points(self.axes)
+        steps = points / len(self.axes["mu0"])
+        seconds = ROD_BY_STEP * steps if by_step else ROD * steps / len(self.axes["dx0"])
         return 1 + int((START + seconds + POINT * points) / 60)
 
 
@@ -65,11 +65,6 @@ def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -
 def points_of(axes: Mapping[str, Values]) -> list[dict[str, Any]]:
     """List the points of a grid, each as a mapping from axis to value."""
     return [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
-
-
-def number_of_rods(axes: Mapping[str, Values]) -> int:
-    """Count the rods of a chunk: combinations of all axes but friction and step."""
-    return int(np.prod([len(axes[axis]) for axis in ("eta", "theta", *MOUNTING_AXES)]))
 
 
 def number_of_points(axes: Mapping[str, Values]) -> int:

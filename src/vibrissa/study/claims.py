@@ -50,8 +50,7 @@ class Claims(Section):
                 mistakes.add(f"{unknown_name(name, source, data)}, {REMEDY}", key)
                 continue
             if key == "scan" and data[name].cycles < 2:
-                needs = "2 cycles or more, as the statements compare cycles"
-                mistakes.add(f"{name!r} needs {needs}; change cycles of {name!r}, {REMEDY}", key)
+                mistakes.add(f"{name!r} needs cycles: 2 or more; change it, {REMEDY}", key)
             for axis, values in needed.items():
                 found, alone = data[name].axes[axis], len(values) == 1
                 # Other values may lie between those of the paper.

@@ -79,9 +79,7 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     "margins": FigureKind("stability in the plane and out of it over x0", "scan", _RUN),
     "state": FigureKind("shapes of one or more states of the same eta", "state"),
     "models": FigureKind(
-        "error of x0_slip if line contact is neglected, over theta",
-        "comparison",
-        ("eta",),
+        "error of x0_slip if line contact is neglected, over theta", "comparison", ("eta",)
     ),
     "script": FigureKind("figure drawn by a Python file of your own", "", required="script"),
 }

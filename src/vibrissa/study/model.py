@@ -164,18 +164,6 @@ class Study(Section):
     def _fits_together(self) -> Self:
         """Reject sections that are valid alone but do not fit together."""
         mistakes = Mistakes()
-        self._check_solution(mistakes)
-        for name, figure in self.figures.items():
-            sections = getattr(self, f"{figure.source}s")
-            for place, text in figure.misfits(sections, self._context["folder"]):
-                mistakes.add(text, "figures", name, *place)
-        for place, text in self.claims.misfits(self) if self.claims else ():
-            mistakes.add(text, "claims", *place)
-        mistakes.refuse()
-        return self
-
-    def _check_solution(self, mistakes: Mistakes) -> None:
-        """Find a number of points above `max_points`, and settings that shooting cannot solve."""
         solved = (*self.grids.values(), *self.scans.values(), *self.comparisons.values())
         points = sum(number_of_points(one.axes) * getattr(one, "cycles", 1) for one in solved)
         if points > self.max_points:
@@ -187,6 +175,14 @@ class Study(Section):
             if self.contact is Contact.LINE or not is_ideal:
                 needs = "shooting needs `contact: point` and 0 for all axes of the mounting"
                 mistakes.add(f"{needs}; allowed here: collocation", "method")
+        for name, figure in self.figures.items():
+            sections = getattr(self, f"{figure.source}s")
+            for place, text in figure.misfits(sections, self._context["folder"]):
+                mistakes.add(text, "figures", name, *place)
+        for place, text in self.claims.misfits(self) if self.claims else ():
+            mistakes.add(text, "claims", *place)
+        mistakes.refuse()
+        return self
 
     @property
     def results(self) -> list[str]:
@@ -231,12 +227,11 @@ class Study(Section):
     def chunks(self) -> dict[str, Chunk]:
         """Chunks of all grids by name; one job solves one chunk."""
         sizes = SIZES | (SIZES_BY_STEP if self.method.by_step else {}) | self.chunk
-        found = [
-            chunk
+        return {
+            chunk.name: chunk
             for name, grid in self.grids.items()
             for chunk in chunks_of(name, grid.axes, sizes)
-        ]
-        return {chunk.name: chunk for chunk in found}
+        }
 
     @property
     def text(self) -> str:

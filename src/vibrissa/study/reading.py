@@ -62,11 +62,8 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
 
 
 def name_in(path: Path) -> str:
-    """Return the study's name from a file; empty if the file has no name or is no study file."""
-    try:
-        return str(_loaded(path, _text(path)).get("study", ""))
-    except StudyError:
-        return ""
+    """Return the study's name from a file, which may have mistakes; empty if it has no name."""
+    return str(_loaded(path, _text(path)).get("study", ""))
 
 
 def _text(path: Path) -> str:

@@ -1,12 +1,10 @@
 """The JSON Schema of study files, for editors, and the keys that a section may have."""
 
-from functools import cache
 from typing import Any
 
 from vibrissa.study.model import Study
 
 
-@cache
 def study_schema() -> dict[str, Any]:
     """JSON Schema of study files (draft 2020-12)."""
     return {

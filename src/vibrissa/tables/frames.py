@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pyarrow as pa
 
@@ -65,17 +65,14 @@ def swung_aside(steps: pd.DataFrame) -> pd.Series:
 
 def to_pandas(table: pa.Table) -> pd.DataFrame:
     """Convert a table to pandas, with nullable integer, flag and text columns."""
-    return table.to_pandas(types_mapper=_nullable)
-
-
-def _nullable(kind: pa.DataType) -> Any:
     import pandas as pd
 
-    return {
+    nullable = {
         schemas.WHOLE: pd.Int64Dtype(),
         schemas.FLAG: pd.BooleanDtype(),
         schemas.TEXT: pd.StringDtype(),
-    }.get(kind)
+    }
+    return table.to_pandas(types_mapper=nullable.get)
 
 
 def _of_columns(table: pa.Table, key: bytes) -> dict[str, str]:

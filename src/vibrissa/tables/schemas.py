@@ -12,14 +12,13 @@ SCHEMA_VERSION = "7"
 
 NONE = "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
-NUMBERS, TEXTS = pa.list_(NUMBER), pa.list_(TEXT)
 _TYPES = {
     "number": NUMBER,
     "text": TEXT,
     "whole": WHOLE,
     "flag": FLAG,
-    "numbers": NUMBERS,
-    "texts": TEXTS,
+    "numbers": pa.list_(NUMBER),
+    "texts": pa.list_(TEXT),
 }
 # Keys of a column's metadata, in the order of display.
 UNIT, RANGE, NULL, EQUATION, DESCRIPTION = b"unit", b"range", b"null", b"equation", b"description"
@@ -40,12 +39,6 @@ UNKNOWN_MARGINS = {
 DICTIONARY = tomllib.loads(
     files("vibrissa.tables").joinpath("columns.toml").read_text(encoding="utf-8")
 )
-
-
-def _column(table: str, name: str) -> pa.Field:
-    """Make a column from the table's entry in the dictionary, or else from the shared entry."""
-    entry = DICTIONARY[table].get(name) or DICTIONARY["shared"][name]
-    return _field(name, entry)
 
 
 def _field(name: str, entry: dict[str, str]) -> pa.Field:
@@ -96,11 +89,12 @@ def _compared(contact: str, when: str) -> list[pa.Field]:
 
 def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
     """Make a schema from columns: names in the data dictionary, or fields."""
+    known = DICTIONARY["shared"] | DICTIONARY[table]
     fields = [
         field
         for part in columns
         for field in (
-            [_column(table, name) for name in part.split()] if isinstance(part, str) else part
+            [_field(name, known[name]) for name in part.split()] if isinstance(part, str) else part
         )
     ]
     return pa.schema(fields, {"vibrissa.table": table, "vibrissa.schema": SCHEMA_VERSION})

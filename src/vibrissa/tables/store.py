@@ -1,6 +1,6 @@
 """Writing and reading of all table files, which include their provenance."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -68,10 +68,7 @@ def reading(path: str | Path) -> Iterator[None]:
 def metadata(path: str | Path) -> dict[str, str]:
     """Return the metadata of a Parquet file."""
     with reading(path):
-        found = pq.read_metadata(path).metadata or {}
-    return {
-        key.decode(errors="replace"): value.decode(errors="replace") for key, value in found.items()
-    }
+        return _texts(pq.read_metadata(path).metadata or {})
 
 
 def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
@@ -82,14 +79,14 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
     DamagedTableError
         If the file is damaged or has another schema.
     """
-    held = metadata(path)
+    held, own = metadata(path), _texts(schema.metadata)
     with reading(path):
         file = pq.ParquetFile(path, page_checksum_verification=True)
         found = file.schema_arrow
-    kind, wanted = (s.get(TABLE, "none") for s in (held, _texts(schema)))
+    kind, wanted = (texts.get(TABLE, "none") for texts in (held, own))
     if kind != wanted:
         raise DamagedTableError(path, f"holds the table {kind!r}, not the table {wanted!r}")
-    version, current = (s.get(VERSION, "none") for s in (held, _texts(schema)))
+    version, current = (texts.get(VERSION, "none") for texts in (held, own))
     if version != current:
         raise DamagedTableError(
             path,
@@ -102,8 +99,10 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
     return file
 
 
-def _texts(schema: pa.Schema) -> dict[str, str]:
-    return {key.decode(): value.decode() for key, value in schema.metadata.items()}
+def _texts(found: Mapping[bytes, bytes]) -> dict[str, str]:
+    return {
+        key.decode(errors="replace"): value.decode(errors="replace") for key, value in found.items()
+    }
 
 
 def read(path: str | Path, schema: pa.Schema) -> pa.Table:
