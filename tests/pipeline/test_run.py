@@ -10,9 +10,9 @@ from unittest.mock import Mock
 import pytest
 from snakemake.persistence.file import FilePersistence
 
-from runs import ROOT, TINY
+from runs import TINY
 from vibrissa.errors import DamagedTableError, VibrissaError
-from vibrissa.pipeline import jobs, outdated, ownership, places
+from vibrissa.pipeline import jobs, outdated, ownership
 from vibrissa.tables import schemas, store
 
 
@@ -106,12 +106,5 @@ def test_a_table_without_a_record_must_be_of_the_study_file(tmp_path, monkeypatc
     outdated.need_records(results, {name: "study: a", "missing": "study: b"})
     with pytest.raises(VibrissaError, match="no record of it: delete the folder results/a, or"):
         outdated.need_records(results, {name: "study: b"})
-    records = FilePersistence(dag=None)
-    records._mark_incomplete(str(path), None)
+    FilePersistence(dag=None)._mark_incomplete(str(path), None)
     outdated.need_records(results, {name: "study: b"})
-
-
-def test_places_are_those_of_the_clone(monkeypatch):
-    assert places.HOME == ROOT and places.SNAKEFILE.is_file() and places.PAPER.is_file()
-    monkeypatch.chdir(ROOT)
-    assert places.near(places.SNAKEFILE) == Path("Snakefile")

@@ -74,12 +74,6 @@ def test_the_tables_of_a_study_are_opened_and_others_refused(long_table):
         query.opened_tables(files, {"stiction": "another study"})
 
 
-def test_a_damaged_table_is_not_opened(long_table):
-    long_table.write_bytes(long_table.read_bytes()[:-9])
-    with pytest.raises(DamagedTableError, match="cannot be read"):
-        query.opened(long_table, STICTION)
-
-
 def test_a_single_wrong_byte_is_noticed(long_table):
     names = STICTION.names
     column = pq.ParquetFile(long_table).metadata.row_group(1).column(names.index("mu0"))
