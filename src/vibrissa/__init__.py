@@ -3,8 +3,9 @@
 Each public name is imported from its module when it is first used.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from vibrissa.lazy import attached
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.mounting import Mounting as Mounting
@@ -25,29 +26,17 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_HOMES = {
-    "EquilibriumState": "sticking.api",
-    "FrictionRange": "sticking.api",
-    "Onset": "sticking.api",
-    "friction_from_travel": "sticking.api",
-    "solve_curve": "sticking.api",
-    "solve_onset": "sticking.api",
-    "solve_state": "sticking.api",
-    "StickingCurve": "sticking.curve",
-    "StickingState": "sticking.piece",
-    "Scan": "sticking.cycles",
-    "stick_slip": "sticking.cycles",
-    "Status": "outcomes",
-    "Mounting": "mechanics.mounting",
-    "Rod": "mechanics.rod",
-    "read_table": "tables.frames",
-}
-
-__all__ = [*_HOMES]
-
-
-def __getattr__(name: str) -> Any:
-    """Import a public name from its module on first use."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__, __all__ = attached(
+    __name__,
+    {
+        "mechanics.mounting": "Mounting",
+        "mechanics.rod": "Rod",
+        "outcomes": "Status",
+        "sticking.api": "EquilibriumState FrictionRange Onset friction_from_travel solve_curve "
+        "solve_onset solve_state",
+        "sticking.curve": "StickingCurve",
+        "sticking.cycles": "Scan stick_slip",
+        "sticking.piece": "StickingState",
+        "tables.frames": "read_table",
+    },
+)

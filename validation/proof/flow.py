@@ -133,11 +133,7 @@ class Vicinity(NamedTuple):
 
 
 def shoot(
-    theta: arb,
-    load: Load,
-    steps: int,
-    vicinity: Vicinity | None = None,
-    second: bool = False,
+    theta: arb, load: Load, steps: int, vicinity: Vicinity | None = None, second: bool = False
 ) -> Shot:
     """Integrate a rod from its clamp to its tip.
 

@@ -154,11 +154,7 @@ def whole_steps(x0_slip: arb, dx0: Decimal) -> int:
 
 def _seen(state: Equilibrium, name: str) -> dict[str, arb | Decimal]:
     """Return the quantities of a state, by their columns in the tables."""
-    return {
-        f"f_{name}": state.f,
-        f"phi1_{name}": state.phi1,
-        f"reaction_m_{name}": state.load.m0,
-    }
+    return {f"f_{name}": state.f, f"phi1_{name}": state.phi1, f"reaction_m_{name}": state.load.m0}
 
 
 def state_lines(

@@ -84,11 +84,7 @@ def judges(name: str) -> Callable[[Callable[[Evidence], Finding]], Claim]:
 
 
 def claims_table(
-    claims: Iterable[Claim],
-    evidence: Evidence,
-    *,
-    study: str,
-    method: Solver,
+    claims: Iterable[Claim], evidence: Evidence, *, study: str, method: Solver
 ) -> pa.Table:
     """Judge claims; return a table with the schema `CLAIMS`."""
     rows = []

@@ -3,8 +3,9 @@
 The public names are imported when first used.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from vibrissa.lazy import attached
 
 if TYPE_CHECKING:
     from vibrissa.sensor import surfaces as surfaces
@@ -28,35 +29,20 @@ if TYPE_CHECKING:
     from vibrissa.sensor.transducer import preset as preset
     from vibrissa.sensor.whisker import Whisker as Whisker
 
-_HOMES = {
-    "FrictionSummary": "identification.summary",
-    "Grade": "identification.periods",
-    "Identification": "identification.result",
-    "Method": "identification.recording",
-    "PeriodStatus": "identification.periods",
-    "Periods": "identification.periods",
-    "Recording": "identification.recording",
-    "Setup": "setup",
-    "Signals": "simulation.scanning",
-    "SlipLaw": "simulation.tip",
-    "Surface": "surfaces",
-    "SurfaceScan": "simulation.scanning",
-    "Transducer": "transducer",
-    "Whisker": "whisker",
-    "WhiskerOnset": "onset",
-    "identify": "identification.identify",
-    "preset": "transducer",
-    "scan": "simulation.scanning",
-    "solve": "onset",
-}
-
-__all__ = [*_HOMES, "surfaces"]
-
-
-def __getattr__(name: str) -> Any:
-    """Import a public name from its module on first use."""
-    if name == "surfaces":
-        return import_module(f"{__name__}.surfaces")
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__, __all__ = attached(
+    __name__,
+    {
+        "identification.identify": "identify",
+        "identification.periods": "Grade PeriodStatus Periods",
+        "identification.recording": "Method Recording",
+        "identification.result": "Identification",
+        "identification.summary": "FrictionSummary",
+        "onset": "WhiskerOnset solve",
+        "setup": "Setup",
+        "simulation.scanning": "Signals SurfaceScan scan",
+        "simulation.tip": "SlipLaw",
+        "surfaces": "Surface surfaces",
+        "transducer": "Transducer preset",
+        "whisker": "Whisker",
+    },
+)

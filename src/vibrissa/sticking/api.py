@@ -206,11 +206,7 @@ def _check(
 
 
 def solve_state(
-    theta: float,
-    eta: float,
-    x1: float,
-    contact: str = Contact.POINT,
-    mounting: Mounting = IDEAL,
+    theta: float, eta: float, x1: float, contact: str = Contact.POINT, mounting: Mounting = IDEAL
 ) -> EquilibriumState:
     """Solve one equilibrium with the tip at (x1, eta) relative to the clamp.
 

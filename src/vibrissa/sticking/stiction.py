@@ -67,9 +67,7 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
 
 
 def read_curves(
-    curves: Sequence[StickingCurve],
-    mu0: Sequence[FloatArray],
-    dx0: Sequence[Sequence[Decimal]],
+    curves: Sequence[StickingCurve], mu0: Sequence[FloatArray], dx0: Sequence[Sequence[Decimal]]
 ) -> Stiction:
     """Find periods of sticking on curves.
 

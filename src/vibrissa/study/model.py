@@ -126,8 +126,7 @@ class Study(Section):
         "cycle of a scan counts as a point; it catches a typing error before any work",
     )
     grids: dict[Name, GridSection] = Field(
-        min_length=1,
-        description="named grids of study points; each is the product of its axes",
+        min_length=1, description="named grids of study points; each is the product of its axes"
     )
     scans: dict[Name, ScanSection] = Field(
         default={},

@@ -13,14 +13,7 @@ from vibrissa.errors import ArgumentError, OtherTableError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.quantities import series
-from vibrissa.quantities.units import (
-    CHANNEL_KINDS,
-    SI_UNITS,
-    Kind,
-    Measured,
-    Units,
-    wished_units,
-)
+from vibrissa.quantities.units import CHANNEL_KINDS, SI_UNITS, Kind, Measured, Units, wished_units
 from vibrissa.sensor.identification.ends import moving, touching
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.wording import counted
@@ -190,12 +183,7 @@ def read_recording(
     missing = np.isnan(clamp) | np.isnan(readings[:, used]).any(axis=1)
     at_limit = saturated[:, used].any(axis=1) & ~missing
     recording = Recording(
-        clamp=clamp,
-        readings=readings,
-        line=table.line,
-        notes=notes,
-        interval=interval,
-        zeros=zeros,
+        clamp=clamp, readings=readings, line=table.line, notes=notes, interval=interval, zeros=zeros
     )
     recording = recording.naming(missing, "a value is missing")
     recording = recording.naming(at_limit, "the transducer is saturated")

@@ -14,13 +14,7 @@ from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.solving.beginning import Beginning, begin
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.cutting import resolved_states
-from vibrissa.sticking.solving.following import (
-    CLOSENESS,
-    Knots,
-    between,
-    follow,
-    hermite,
-)
+from vibrissa.sticking.solving.following import CLOSENESS, Knots, between, follow, hermite
 from vibrissa.sticking.solving.refinement import NOT_RESOLVED
 
 # A state with a smaller margin of stability is at a limit point.
