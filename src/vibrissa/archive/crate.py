@@ -96,8 +96,7 @@ def write_archive(
         for place, source in sources.items():
             _copy(source, folder / place)
         # `vibrissa.provenance` reads it where git is missing.
-        recorded = folder / "src/vibrissa" / provenance.COMMIT_FILE
-        recorded.write_text(f"{commit}\n", encoding="utf-8")
+        (folder / f"src/vibrissa/{provenance.COMMIT_FILE}").write_text(f"{commit}\n", "utf-8")
         readme = _README.format(study=results.name, version=__version__, commit=commit)
         (folder / "README.md").write_text(readme, encoding="utf-8")
         with write_atomically(output) as temporary:

@@ -1,7 +1,7 @@
 """Layouts of reference tables: their keys, columns and tolerances."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, NonNegativeFloat, TypeAdapter
@@ -19,8 +19,7 @@ class Tolerance(BaseModel):
     relative: NonNegativeFloat = 0.0
 
 
-def _in_numbers(written: Any) -> Any:
-    return {} if written == "exact" else written
+_IN_NUMBERS = BeforeValidator(lambda written: {} if written == "exact" else written)
 
 
 class Layout(BaseModel):
@@ -29,7 +28,7 @@ class Layout(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     keys: list[str]
-    columns: dict[str, Annotated[Tolerance, BeforeValidator(_in_numbers)]]
+    columns: dict[str, Annotated[Tolerance, _IN_NUMBERS]]
 
 
 # Names of reference tables; see `vibrissa.checking.condensing.condensed`.

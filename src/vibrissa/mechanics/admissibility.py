@@ -106,7 +106,9 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         _, up, turn = _tail(states)
         lowest = np.minimum(low, turn.min(axis=1))
         curls = states.line & (np.maximum(high, turn.max(axis=1)) - lowest > HALF_TURN)
-        found.surface[:] = _surface_over_tail(states, up)
+        # The tail is above the surface where it rises, or begins to rise.
+        rises = np.maximum(up.max(axis=1), polynomial(states.curvature, states.s_c[:, None])[:, 0])
+        found.surface[:] = np.where(states.line & (rises > 0.0), -rises, np.inf)
         found.clamp[:] = np.where(states.line, eta + up.min(axis=1), np.inf)
     # Where the slope stays between 0 and π, the rod rises all the way: all clearances are large.
     near = np.flatnonzero((high > np.pi - NEAR) | (low < NEARLY_LEVEL * curved) | curls)
@@ -117,8 +119,7 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         touches = some.line | (ends(some).phi1 >= -LEVEL)
         known = shapes.at(shapes.places[None])
         arch = np.where(touches, eta[near] - shapes.extreme(known, lowest=False), np.inf)
-        lowest_arch = shapes.extreme(known, lowest=True)
-        found.clamp[near] = np.minimum(found.clamp[near], lowest_arch)
+        found.clamp[near] = np.minimum(found.clamp[near], shapes.extreme(known, lowest=True))
         found.surface[near] = np.minimum(found.surface[near], arch)
         found.itself[near] = shapes.gaps()
     return found
@@ -128,12 +129,6 @@ def _tail(states: RodStates) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Natural shapes of the tails beyond the contact points, at the fractions `TAIL`."""
     start = np.broadcast_to(states.s_c[:, None], (len(states), len(TAIL)))
     return tail(states.curvature, start, start + TAIL * (1.0 - start))
-
-
-def _surface_over_tail(states: RodStates, up: FloatArray) -> FloatArray:
-    """Clearances of tails, shape (n,): negative if a tail rises above the surface, else ∞."""
-    rises = np.maximum(up.max(axis=1), polynomial(states.curvature, states.s_c[:, None])[:, 0])
-    return np.where(states.line & (rises > 0.0), -rises, np.inf)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -112,9 +112,7 @@ def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture
 def shown(pictures: Sequence[Picture]) -> list[Picture]:
     """Leave out single panels, such as Figure 4a, of figures that are shown whole."""
     names = {picture.name for picture in pictures}
-
-    def is_part(name: str) -> bool:
-        panel = re.fullmatch(r"(Figure \d+)[a-z]", name)
-        return panel is not None and panel[1] in names
-
-    return [picture for picture in pictures if not is_part(picture.name)]
+    parts = {
+        name for name in names if re.fullmatch(r"Figure \d+[a-z]", name) and name[:-1] in names
+    }
+    return [picture for picture in pictures if picture.name not in parts]

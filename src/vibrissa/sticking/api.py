@@ -156,11 +156,9 @@ class Onset:
             ("x0_trail", self.trail.x0, "L", "last sticking state of the trailing rod"),
             ("residual", self.residual, "", "largest residual of the equilibrium equations"),
         ]
-        lines = [f"{'status':<12} {self.status.value}: {self.message}"]
-        for name, value, unit, meaning in rows:
-            if not np.isnan(value):
-                lines.append(f"{name:<12} {value:<11.6g} {unit:<8} {meaning}")
-        return "\n".join(lines)
+        known = [row for row in rows if not np.isnan(row[1])]
+        lines = (f"{n:<12} {value:<11.6g} {unit:<8} {text}" for n, value, unit, text in known)
+        return "\n".join([f"{'status':<12} {self.status.value}: {self.message}", *lines])
 
 
 def _check_numbers(**values: object) -> None:

@@ -85,10 +85,6 @@ def _expanded(written: Any) -> Any:
     return in_list(written)
 
 
-def _ordered(values: Sequence[Value]) -> Values:
-    return tuple(sorted(set(values), key=sortable))
-
-
 @dataclass(frozen=True)
 class Axis:
     """An axis of a grid. As a type annotation it validates the axis's values in a study file.
@@ -108,7 +104,8 @@ class Axis:
         """Accept a value, a list of values or a range; order the values."""
         values = list[self.number]  # type: ignore[name-defined]
         written = BeforeValidator(_expanded, json_schema_input_type=self.number | values | Range)
-        some = Annotated[values, Field(min_length=1), written, AfterValidator(_ordered)]
+        ordered = AfterValidator(lambda found: tuple(sorted(set(found), key=sortable)))
+        some = Annotated[values, Field(min_length=1), written, ordered]
         described = Field(description=self.meaning)
         return handler.generate_schema(Annotated[some, PlainSerializer(list), described])
 

@@ -215,10 +215,6 @@ class SetUp:
         return readings, frictions
 
 
-def _all_landmarks(branch: Response) -> FloatArray:
-    return branch.bounds
-
-
 def _without_lock(branch: Response) -> FloatArray:
     """Return all landmarks but the lock: kinks may pass it, and reactions are smooth there."""
     return np.unique([branch.x0_pull, 0.0, *branch.kinks, branch.x0_end])
@@ -233,7 +229,7 @@ def _up_to_lock(branch: Response) -> FloatArray:
 def _part(heights: FloatArray, branches: list[Response]) -> Heights:
     """Interpolate responses between a few heights."""
     low, high = float(heights[0]), float(heights[-1])
-    for choose in (_all_landmarks, _without_lock, _up_to_lock):
+    for choose in (lambda branch: branch.bounds, _without_lock, _up_to_lock):
         some = tuple(replace(branch, bounds=choose(branch)) for branch in branches)
         found = Heights(low=low, high=high, branches=some)
         if len({len(branch.bounds) for branch in some}) == 1 and found.finite:

@@ -115,11 +115,7 @@ def identify(
     task = task_of(given, setup, rod, sensor, units)
     found = _read(task) if rod is None else _read_both(task, rod, method)
     # The slope of the surface changes the friction by both methods alike.
-    found = replace(found, periods=found.periods.on_slope(found.slope))
-    if found.beside is None:
-        return found
-    deviation = np.hypot(found.beside.deviation, found.slope.errors(found.beside.ratio))
-    return replace(found, beside=replace(found.beside, deviation=deviation))
+    return replace(found, periods=found.periods.on_slope(found.slope))
 
 
 def _read(task: Task) -> Identification:
@@ -161,7 +157,9 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
     if method is Method.RATIO and _bears_on_ratio(model):
         found = replace(found, goodness=model.goodness, causes=model.causes)
         checks.append(unfitted(model))
-    return replace(found, beside=compared).doubted(*checks)
+    # The slope of the surface is an error of the friction by the ratio, but not of the difference.
+    deviation = np.hypot(compared.deviation, task.slope.errors(compared.ratio))
+    return replace(found, beside=replace(compared, deviation=deviation)).doubted(*checks)
 
 
 def _bears_on_ratio(model: Identification) -> bool:

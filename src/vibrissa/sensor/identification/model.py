@@ -108,9 +108,11 @@ def read_periods(fit: Fit) -> Periods:
     """Estimate the friction of the periods from a fit."""
     sign = fit.task.ends.sign
     states, x0 = fit.set_up.onset(fit.u)
-    slope = states.demand_slope(np.clip(x0, states.x0_pull, states.x0_lock))[:, 1]
-    slope *= sign
-    own = _own(fit)
+    slope = sign * states.demand_slope(np.clip(x0, states.x0_pull, states.x0_lock))[:, 1]
+    # With a filter the beginning of a slip is hidden in noise, for up to the delay.
+    late = fit.task.recording.lag[fit.task.spans.ends] / np.sqrt(12.0)
+    # Standard deviation of x0 at each period's end, for a known set-up.
+    own = np.sqrt(1.0 / fit.known + fit.task.recording.position**2 / 2.0 + late**2)
     by_noise = np.abs(slope) * own
     effects = fit.by_setup.friction + slope[:, None] * fit.by_setup.u
     by_height, left = _by_height(fit, effects[:, fit.task.number["eta"]])
@@ -137,13 +139,6 @@ def read_periods(fit: Fit) -> Periods:
         PeriodStatus.SLIP,
     )
     return replace(periods.ended(status, least), contact=fit.set_up.contact(fit.u))
-
-
-def _own(fit: Fit) -> FloatArray:
-    """Return the standard deviation of x0 at each period's end, for a known set-up, (p,)."""
-    # With a filter the beginning of a slip is hidden in noise, for up to the delay.
-    late = fit.task.recording.lag[fit.task.spans.ends] / np.sqrt(12.0)
-    return np.sqrt(1.0 / fit.known + fit.task.recording.position**2 / 2.0 + late**2)
 
 
 def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:

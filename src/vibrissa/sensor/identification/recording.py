@@ -327,9 +327,8 @@ def noise_of(readings: FloatArray, clamp: FloatArray | None = None) -> FloatArra
     """
     from scipy.special import ndtri  # half a second to load
 
-    starts = np.arange(len(readings))
-    if clamp is not None and len(clamp):
-        starts = np.flatnonzero(np.append(1.0, np.diff(clamp)))
+    place = np.arange(float(len(readings))) if clamp is None else clamp
+    starts = np.flatnonzero(np.diff(place, prepend=np.nan))
     count = np.diff(starts, append=len(readings))[:, None]
     readings = np.add.reduceat(readings, starts) / count if len(starts) else readings
     # Variance of a second difference, if one reading has the variance 1.

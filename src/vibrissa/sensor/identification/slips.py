@@ -326,13 +326,10 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     # The moment shows the load with the other sign, and mostly with less noise.
     loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
     # The weight of each channel is its rise relative to its noise.
-    rises = np.maximum([_usual(-np.diff(one) * way) for one in loads], TINY)
+    changes = [-np.diff(one) * way for one in loads]
+    # If most readings are equal, as of a coarse resolution, the median is 0.
+    rises = np.maximum([np.median(one) or trim_mean(one, 0.25) for one in changes], TINY)
     return np.asarray(rises @ loads / np.linalg.norm(rises))
-
-
-def _usual(changes: FloatArray) -> float:
-    """Median of changes; if most readings are equal, the mean of the middle half of the changes."""
-    return float(np.median(changes) or trim_mean(changes, 0.25))
 
 
 def _settled(recording: Recording, spans: Spans, early: int, late: int) -> tuple[Recording, Spans]:
