@@ -84,7 +84,8 @@ def test_state_beyond_the_branch_is_failed_and_says_so():
 
 
 def test_a_surface_does_not_pull():
-    assert -0.2 < solve_state(2.0, 0.85, 0.443).reaction_fy < 0.0
+    assert -0.2 < (last := solve_state(2.0, 0.85, 0.443)).reaction_fy < 0.0
+    assert "unknowns" not in repr(last)
     for x1 in (0.445, 0.5):
         state = solve_state(2.0, 0.85, x1)
         assert state.status is Status.OUT_OF_REACH and "would have to pull" in state.message

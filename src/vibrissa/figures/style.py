@@ -77,9 +77,9 @@ def page(height: float, width: float = COLUMN) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def axes(height: float = 2.6, width: float = COLUMN) -> tuple[Figure, Axes]:
-    """Make a figure with one panel; sizes in inch."""
-    figure = page(height, width)
+def axes(height: float) -> tuple[Figure, Axes]:
+    """Make a figure of one column with one panel; the height in inch."""
+    figure = page(height)
     return figure, figure.subplots()
 
 

@@ -65,7 +65,12 @@ def test_rows_without_load_check_the_tare():
         known = {one.parameter.name: one.parameter for one in found.estimates}
         zero, drift = known["zero_force_x"], known["drift_force_x"].deviation
         variance = (NOISE * UNITS)[0] ** 2 / 30 + (way + 15 / len(frame)) * drift**2
-        assert zero.stated and zero.deviation == pytest.approx(np.sqrt(variance), rel=1e-3)
+        assert zero.stated
+        sizes = dict.fromkeys(("zero_force_x", "zero_force_y"), "2 mN")
+        setup = Setup.read(noise=in_words(NOISE * UNITS), tolerances=sizes)
+        forces = pd.concat(parts).drop(columns=NAMES[2])
+        assert not any("are the means" in one for one in identify(setup, forces).periods.notes)
+        assert zero.deviation == pytest.approx(np.sqrt(variance), rel=1e-3)
 
 
 @pytest.mark.slow

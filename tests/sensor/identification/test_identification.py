@@ -22,7 +22,7 @@ from vibrissa.sensor.identification.recording import (
     read_recording,
     table_of,
 )
-from vibrissa.sensor.identification.slips import load_of
+from vibrissa.sensor.identification.slips import Spans, load_of
 from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
 
 
@@ -195,6 +195,12 @@ def test_a_clamp_turns_where_it_goes_back_by_more_than_its_noise():
     way = replace(recording_of(noisy, np.zeros((len(clamp), 3))), position=0.01).direction
     assert set(way[:9500]) == {1.0} and set(way[10500:]) == {-1.0}
     assert direction(np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0]), 0.0).tolist() == [1, 1, 1, -1, -1]
+
+
+def test_rows_of_a_long_gap_between_periods_are_those_of_no_period():
+    begins, ends, none = np.array([0, 40, 55]), np.array([9, 50, 70]), np.zeros(3, dtype=bool)
+    spans = Spans(begins=begins, ends=ends, after=ends, cut=none, passes=none, swung=none)
+    assert spans.between.tolist() == list(range(10, 40))
 
 
 def measured_over(response, surface, turns, law="free", section="round"):
