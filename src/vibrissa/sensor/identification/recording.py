@@ -30,6 +30,9 @@ STEPS = 9
 OUTLIER = 4.0
 # Number of stretches of lines that a note lists.
 LISTED = 5
+# If the clamp rests in more than this part of the steps, it does so on purpose, and its positions
+# have no noise.
+RESTS = 0.1
 # Least way back of a noisy clamp that turns, in standard deviations of one position: the noise of
 # the averaged positions comes to half of it.
 TURN = 6.0
@@ -322,22 +325,21 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
 def noise_of(readings: FloatArray, clamp: FloatArray | None = None) -> FloatArray:
     """Estimate the noise of each channel from second differences; outliers (slips) are left out.
 
-    With the positions of the clamp, shape (n,), readings at one position are averaged first: what
-    a step of the clamp changes is no noise.
+    If the positions of the clamp, shape (n,), are known and it often rests, the noise is estimated
+    from differences at rest, which contain no rise of the load.
     """
     from scipy.special import ndtri  # half a second to load
 
-    place = np.arange(float(len(readings))) if clamp is None else clamp
-    starts = np.flatnonzero(np.diff(place, prepend=np.nan))
-    count = np.diff(starts, append=len(readings))[:, None]
-    readings = np.add.reduceat(readings, starts) / count if len(starts) else readings
-    # Variance of a second difference, if one reading has the variance 1.
-    variance = 1.0 / count[:-2] + 4.0 / count[1:-1] + 1.0 / count[2:]
-    second = np.abs(np.diff(readings, n=2, axis=0)) / np.sqrt(variance)
-    if not len(second):
+    rests = np.zeros(0, dtype=bool) if clamp is None else np.diff(clamp) == 0.0
+    if rests.sum() > RESTS * len(rests):
+        change, variance = np.abs(np.diff(readings, axis=0)[rests]), 2.0
+    else:
+        # The second difference of three readings has 1 + 4 + 1 times their variance.
+        change, variance = np.abs(np.diff(readings, n=2, axis=0)), 6.0
+    if not len(change):
         return np.full(readings.shape[1], np.nan)
-    rough = np.median(second, axis=0) / ndtri(0.75)
-    usual: BoolArray = second <= OUTLIER * rough
-    squares = np.where(usual, second**2, 0.0).sum(axis=0)
+    rough = np.median(change, axis=0) / ndtri(0.75)
+    usual: BoolArray = change <= OUTLIER * rough
+    squares = np.where(usual, change**2, 0.0).sum(axis=0)
     with np.errstate(invalid="ignore"):
-        return np.sqrt(squares / usual.sum(axis=0))
+        return np.sqrt(squares / (variance * usual.sum(axis=0)))

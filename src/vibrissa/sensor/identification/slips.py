@@ -14,7 +14,7 @@ from scipy.stats import trim_mean
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.recording import FORCES, MOMENT, Recording, noise_of
+from vibrissa.sensor.identification.recording import FORCES, MOMENT, RESTS, Recording, noise_of
 
 # A fall by this many standard deviations of one reading is a slip. In 10^5 samples whose load
 # hardly changes from one to the next, noise makes such a fall in one recording of ten.
@@ -33,8 +33,6 @@ STICKS_ON = 0.5
 # After a slip fx has its old sign, or the other sign with a small value. If fx has the other sign
 # and more than the part TURNED of its size, and fy the part PRESSED, the rod has buckled laterally.
 TURNED, PRESSED = 0.7, 0.85
-# If the clamp rests in more than this part of the steps, its positions have no noise.
-RESTS = 0.1
 # Part of a step that is rounding, not noise of the positions.
 EVEN = 1e-3
 # Largest number of rows between two periods that may belong to a single slip.
