@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq, root
 
-from vibrissa import EquilibriumState, Rod, StickingState, solve_curve, solve_state
+from vibrissa import Rod, StickingState, solve_curve, solve_state
 from vibrissa.mechanics.buckling import buckling_load
 from vibrissa.mechanics.equations import FX, ClosingCondition, ends
 from vibrissa.mechanics.mounting import IDEAL, rod_columns
@@ -19,6 +19,7 @@ from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.solving.beginning import begin
+from vibrissa.sticking.solving.offsets import solve_offset
 
 # Step in which the load on a rod is raised (E·I0/L²).
 LOAD_STEP = Decimal("0.5")
@@ -249,8 +250,19 @@ def clamped_hinged_column(length: Decimal) -> float:
 # --- Equilibrium states. ---
 
 
+class Loaded(NamedTuple):
+    """A rod with a force at its tip, in any direction: position of the tip (L), force, state."""
+
+    x1: float
+    eta: float
+    fx: float
+    fy: float
+    reaction_m: float
+    phi1: float
+
+
 @cache
-def dead_load(theta: float, load: Decimal, direction: float) -> EquilibriumState:
+def dead_load(theta: float, load: Decimal, direction: float) -> Loaded:
     """Solve for a rod under a given force at its tip, of fixed direction.
 
     Parameters
@@ -264,7 +276,7 @@ def dead_load(theta: float, load: Decimal, direction: float) -> EquilibriumState
 
     Returns
     -------
-    EquilibriumState
+    Loaded
 
     Raises
     ------
@@ -275,12 +287,18 @@ def dead_load(theta: float, load: Decimal, direction: float) -> EquilibriumState
     force = float(load) * np.array([np.sin(alpha), -np.cos(alpha)])
 
     # Unknowns: x1, and (1 − η)/x1², which hardly changes while the rod bends little.
-    def state(tip: np.ndarray) -> EquilibriumState:
-        return solve_state(theta, 1.0 - tip[1] * tip[0] ** 2, tip[0])
+    def state(tip: np.ndarray) -> Loaded:
+        x1, eta = float(tip[0]), float(1.0 - tip[1] * tip[0] ** 2)
+        # `solve_state` refuses a force that pulls.
+        found = solve_offset(theta, eta, IDEAL, x1, Contact.POINT).state
+        if found is None:
+            return Loaded(x1, eta, *[np.nan] * 4)
+        loads = found.fx, found.fy, ends(found).moment, ends(found).phi1
+        return Loaded(x1, eta, *(float(one[0]) for one in loads))
 
     def excess(tip: np.ndarray) -> np.ndarray:
         solved = state(tip)
-        return np.array([solved.reaction_fx, solved.reaction_fy]) - force
+        return np.array([solved.fx, solved.fy]) - force
 
     if load > LOAD_STEP:
         less = dead_load(theta, load - LOAD_STEP, direction)
@@ -326,7 +344,7 @@ def _first(eta: float) -> RodStates:
     return solve(begun.states, ClosingCondition.prescribing(height, {FX: 1.0})).states
 
 
-def _turn(state: EquilibriumState | StickingState) -> float:
+def _turn(state: Loaded | StickingState) -> float:
     return float(np.pi / 2.0 - state.phi1)
 
 
@@ -334,7 +352,7 @@ def _tapered() -> Rod:
     return Rod(youngs_modulus=2e11, base_diameter=0.2, length=1.0)
 
 
-def _per_small_load(measure: Callable[[EquilibriumState], float]) -> float:
+def _per_small_load(measure: Callable[[Loaded], float]) -> float:
     """Extrapolate measure/force, which is an even function of the force, to zero force.
 
     Three forces eliminate the second and the fourth power; smaller forces add rounding errors.

@@ -26,6 +26,7 @@ from vibrissa.sticking.solving import collocation
 from vibrissa.sticking.solving.offsets import solve_offset
 from vibrissa.sticking.stiction import Stiction, read_curve
 
+PULLED = "the tip has left the surface, which would have to pull it"
 # Largest taper factor (1 mm at the clamp, 20 µm at the tip): few rods with a larger one are solved.
 MOST_TAPER = 50.0
 # Bisections of an angle between 0 and π/2, down to rounding.
@@ -250,6 +251,8 @@ def solve_state(
         )
     place = float(theta), float(eta), mounting, float(x1)
     solution, residual, status, message = solve_offset(*place, Contact(contact))
+    if solution is not None and solution.fy[0] >= 0.0:
+        solution, residual, status, message = None, np.nan, Status.OUT_OF_REACH, PULLED
     kind = "" if solution is None else Contact.LINE if solution.line[0] else Contact.POINT
     return EquilibriumState(
         **_loads(solution),

@@ -30,9 +30,6 @@ AT_FOLD = (
 )
 
 
-PULLED = "the tip has left the surface, which would have to pull it"
-
-
 class StateSolution(NamedTuple):
     """Solution of one state; if there is none, `state` is None, and `message` gives the reason."""
 
@@ -88,8 +85,7 @@ def _solved(begun: Beginning, guess: RodStates | None, offset: float) -> StateSo
     closing = ClosingCondition.prescribing(begun.branches.eta, {OFFSET: 1.0}, offset)
     for _, state, residual in resolved_states(guess, closing):
         if len(state):
-            pulled = PULLED if state.fy[0] >= 0.0 else ""
-            if how := clearances(state, closing.height).reasons(0) or pulled:
+            if how := clearances(state, closing.height).reasons(0):
                 return StateSolution(None, np.nan, Status.OUT_OF_REACH, how)
             return StateSolution(state, float(residual[0]), Status.SOLVED, "")
     why = AT_FOLD if stability(guess)[0] < FOLD_MARGIN else NOT_RESOLVED
