@@ -48,7 +48,7 @@ def bending_coordinate(s: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArra
     return np.asarray(s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s)))
 
 
-def arc_length(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
+def arc_length(tau: Floats, theta: Floats, s_c: Floats) -> FloatArray:
     """Arc length s(τ) = θ·s_c·τ/h (L), with h as in `bending_coordinate`, the inverse function."""
     return np.asarray(theta * s_c * tau / _inverse_diameter(tau, theta, s_c))
 
