@@ -176,6 +176,7 @@ def test_scan_figures_have_a_panel_of_one_scale_for_each_taper(mu0):
         width = axes.get_position().width * figure.get_figwidth()
         spans.append(width / np.ptp(axes.get_xlim()))
     assert spans[0] == pytest.approx(spans[1], rel=0.02)
+    assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
 
 
 @pytest.mark.parametrize("mu0", [0.3, 0.9])
