@@ -41,8 +41,9 @@ __getattr__, __all__ = attached(
         "setup": "Setup",
         "simulation.scanning": "Signals SurfaceScan scan",
         "simulation.tip": "SlipLaw",
-        "surfaces": "Surface surfaces",
         "transducer": "Transducer preset",
         "whisker": "Whisker",
+        # Last, as the reference documents the members of a module where it is listed.
+        "surfaces": "Surface surfaces",
     },
 )
