@@ -32,7 +32,7 @@ def check(results: Path, study_file: Path) -> None:
     except (FileNotFoundError, NotADirectoryError, StudyError):  # no record, or of no study file
         return
     except (OSError, ValueError) as error:
-        used = f"may be used by another study file, named in {record} ({error})"
+        used = f"may be used by the study file in {record} ({error}; delete it if it is wrong)"
     raise StudyError(
         f"{study_file}: study: {name!r} {used}, whose results are in {results}; "
         f"change the value of the key 'study' in {study_file}"

@@ -480,7 +480,8 @@ def friction_from_travel(
     Raises
     ------
     ArgumentError
-        If an argument is out of range, the curve has no lock, or x0_max is not below x0_lock.
+        If an argument is out of range, the curve has no lock, x0_max is not below x0_lock, or no
+        friction lets the tip slip in the step after x0_max.
 
     Examples
     --------

@@ -17,10 +17,7 @@ NO_MAXIMUM = (
     "the computed states end before -tan alpha reaches a maximum; try a larger eta or a theta "
     "closer to 1"
 )
-NEVER_PUSHED = (
-    "the tip is never pushed forward: the stage takes the clamp away from the surface, and the tip "
-    "slips back or lifts off"
-)
+NEVER_PUSHED = "in this mounting the tip is never pushed forward: it slips back or lifts off"
 LIFTS_AFTER = (
     "the normal force vanishes beyond x0 = {x0:.6g}: a tip that still sticks there slips forward "
     "or leaves the surface"

@@ -149,7 +149,7 @@ def stick_slip(
             drags = number > 0 and slips and status is Status.LOCK
             periods.append(period(one, last, drags))
         if number == cycles or not slips:
-            if number < cycles:
+            if number < cycles or status not in (Status.SLIP, Status.LOCK):
                 message = f"at the height {one.eta:.6g} (in units of L): {one.message or status}"
             break
         if curve.mounting.stage_angle:

@@ -101,6 +101,10 @@ def test_noise_is_estimated_despite_the_slips(response):
     rows = np.repeat(np.arange(len(truth)), 2)
     several = measured(truth.reactions[rows], 2)
     assert noise_of(several, truth.clamp[rows]) == pytest.approx(NOISE, rel=0.1)
+    # Positions of a coarse encoder are equal while the clamp moves.
+    truth, fine = recorded(response)
+    coarse = np.floor(np.arange(len(truth)) / 2.0)
+    assert noise_of(fine.readings, coarse) == pytest.approx(NOISE, rel=0.1)
     periods = found_in(recording, None)
     given = found_in(recording)
     assert periods.mu0 == pytest.approx(given.mu0, abs=1e-3, nan_ok=True)

@@ -24,8 +24,8 @@ FAR, LITTLE = 3.0, 0.01
 NOT_NAMED = ("diameter", "crosstalk", "drift_force_x", "drift_force_y", "drift_moment_z")
 # Significance level: probability that a recording which fits is called one that does not fit.
 LEVEL = 1e-3
-# Degrees of freedom per second difference, for noise that is estimated from second differences:
-# neighbours are correlated by −2/3, the next ones by 1/6.
+# Degrees of freedom per reading, for noise that is estimated from second differences: neighbours
+# are correlated by −2/3, the next ones by 1/6. Differences of pairs at rest have as many.
 PER_DIFFERENCE = 18.0 / 35.0
 # Largest number of causes that are named, and least part of the misfit that each must explain.
 SOUGHT, EXPLAINS = 3, 0.1
@@ -106,8 +106,7 @@ class Goodness:
     def of(cls, fit: Fit) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
         heights, number = fit.unevenness
-        positions = 1 + np.count_nonzero(np.diff(fit.task.recording.clamp))
-        differences = positions * len(fit.task.used)
+        differences = len(fit.task.recording) * len(fit.task.used)
         return cls(
             chi2=fit.misfit - heights,
             degrees=fit.degrees,

@@ -30,9 +30,9 @@ STEPS = 9
 OUTLIER = 4.0
 # Number of stretches of lines that a note lists.
 LISTED = 5
-# If the clamp rests in more than this part of the steps, it does so on purpose, and its positions
-# have no noise.
-RESTS = 0.1
+# If the clamp rests in more than the part RESTS of the steps, it does so on purpose, and its
+# positions have no noise. OFTEN: the part in which it rests between steps of several samples.
+RESTS, OFTEN = 0.1, 0.3
 # Least way back of a noisy clamp that turns, in standard deviations of one position: the noise of
 # the averaged positions comes to half of it.
 TURN = 6.0
@@ -246,8 +246,8 @@ def _scanned(recording: Recording, used: list[int]) -> Recording:
     air = air[~(off > TOUCHES * np.maximum(np.median(off, axis=0), least)).any(axis=1)]
     if not len(air):
         return recording
-    way = 0.5 * len(air) / max(len(recording), 1) + (loaded.start == 0)
-    mean = tuple(air.mean(axis=0).tolist())
+    middle = 0.5 * (loaded.start or loaded.stop + len(rows))
+    mean, way = tuple(air.mean(axis=0).tolist()), abs(middle - kept[0]) / len(kept)
     return replace(recording, air=mean, air_rows=len(air), air_way=way)
 
 
@@ -325,21 +325,26 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
 def noise_of(readings: FloatArray, clamp: FloatArray | None = None) -> FloatArray:
     """Estimate the noise of each channel from second differences; outliers (slips) are left out.
 
-    If the positions of the clamp, shape (n,), are known and it often rests, the noise is estimated
-    from differences at rest, which contain no rise of the load.
+    With the positions of the clamp, shape (n,), it is estimated from differences at rest, too, if
+    the clamp often rests: these contain no rise of the load. The smaller estimate counts, as
+    positions of a coarse resolution may be equal while the clamp moves.
     """
+    # The second difference of three readings has 1 + 4 + 1 times their variance.
+    noise = _scatter(np.diff(readings, n=2, axis=0)) / np.sqrt(6.0)
+    rests = np.zeros(0, dtype=bool) if clamp is None else np.diff(clamp) == 0.0
+    if rests.sum() > OFTEN * len(rests):
+        still = _scatter(np.diff(readings, axis=0)[rests]) / np.sqrt(2.0)
+        noise = np.where(still > 0.0, np.fmin(noise, still), noise)
+    return noise
+
+
+def _scatter(changes: FloatArray) -> FloatArray:
+    """Root mean square of the columns of changes without outliers; NaN if there are no changes."""
     from scipy.special import ndtri  # half a second to load
 
-    rests = np.zeros(0, dtype=bool) if clamp is None else np.diff(clamp) == 0.0
-    if rests.sum() > RESTS * len(rests):
-        change, variance = np.abs(np.diff(readings, axis=0)[rests]), 2.0
-    else:
-        # The second difference of three readings has 1 + 4 + 1 times their variance.
-        change, variance = np.abs(np.diff(readings, n=2, axis=0)), 6.0
-    if not len(change):
-        return np.full(readings.shape[1], np.nan)
-    rough = np.median(change, axis=0) / ndtri(0.75)
-    usual: BoolArray = change <= OUTLIER * rough
-    squares = np.where(usual, change**2, 0.0).sum(axis=0)
+    if not len(changes):
+        return np.full(changes.shape[1], np.nan)
+    size = np.abs(changes)
+    usual: BoolArray = size <= OUTLIER * np.median(size, axis=0) / ndtri(0.75)
     with np.errstate(invalid="ignore"):
-        return np.sqrt(squares / (variance * usual.sum(axis=0)))
+        return np.sqrt(np.where(usual, size**2, 0.0).sum(axis=0) / usual.sum(axis=0))
