@@ -79,7 +79,7 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
         ownership.check(results, copy)
     for unreadable in (b"\xff", b"long" * 99):
         Path("results/a/study_file.txt").write_bytes(unreadable)
-        with pytest.raises(VibrissaError, match=r"study file in results/a/study_file.txt \(.*; change"):
+        with pytest.raises(VibrissaError, match=r"file in results/a/study_file.txt \(.*; change"):
             ownership.check(results, copy)
     Path("results/a/study_file.txt").write_text("first.yaml\n")
     first.write_text("study: b\n")
