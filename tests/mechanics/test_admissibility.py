@@ -259,6 +259,7 @@ def test_points_of_a_curve_that_ends_before_its_lock_slip_or_are_out_of_reach():
     assert stick_slip(curve, 5.0, 0.01, cycles=2).status is Status.OUT_OF_REACH
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("eta", "hangs"), [(0.3, False), (0.15, True)])
 def test_a_tail_does_not_hang_below_the_clamp(eta, hangs):
     curve = solve_curve(1.0, eta, contact="line", mounting=Mounting(curvature=-1.0))

@@ -450,6 +450,7 @@ def test_the_ledger_as_a_table_and_to_read(evidence, tmp_path):
     assert all(line.replace("\\|", "").count("|") == 6 for line in lines[4:])
 
 
+@pytest.mark.slow
 def test_the_ledger_reads_as_before(ledger, snapshot):
     # Rounding errors differ from machine to machine.
     assert re.sub(r"[\d.]+e-1\d", "~0", markdown(ledger)) == snapshot

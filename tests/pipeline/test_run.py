@@ -16,6 +16,7 @@ from vibrissa.pipeline import jobs, outdated, ownership
 from vibrissa.tables import schemas, store
 
 
+@pytest.mark.slow
 def test_all_mistakes_of_a_study_file_are_shown_before_any_work(fresh):
     fresh.write("tiny.yaml", TINY.replace("[1.5, 2]", "[0.5]").replace("kind: taper", "kind: pie"))
     status, screen = fresh.call("--config", "contact=tip")

@@ -160,6 +160,7 @@ def test_damage_is_named_or_does_no_harm(tmp_path_factory, data, rod):
     assert found is None or right(found), found.periods.mu0
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(damaged())
 def test_damage_is_imported_or_refused_by_a_message(data):
@@ -175,6 +176,7 @@ PIECES = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(PIECES, max_size=60).map(b"".join) | st.binary(max_size=300))
 def test_any_bytes_are_a_table_or_a_message(data):
     columns = {"footpoint": "x [mm]", "force_x": "Fx [N]", "force_y": "Fy [N]"}
@@ -186,6 +188,7 @@ def test_any_bytes_are_a_table_or_a_message(data):
         assert len({len(values) for values in found.values.values()}) == 1
 
 
+@pytest.mark.slow
 def test_a_wrong_number_is_wrong(tmp_path):
     found = identified(text_of(measured()).encode(), tmp_path)
     assert right(found) and not found.periods.notes

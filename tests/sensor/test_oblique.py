@@ -80,6 +80,7 @@ def test_many_periods_of_an_oblique_stage_are_those_of_shooting(angle, law, rati
     assert compared(angle, law, ratio, "0.003", "0.12") >= 4
 
 
+@pytest.mark.slow
 def test_a_slip_on_an_oblique_stage_consumes_its_energy_at_the_present_height():
     _, found = simulated(0.1, MU0, "0.006", ["0.04"], "energy")
     at = int(np.argmax(found.phase == TipPhase.SLIP))

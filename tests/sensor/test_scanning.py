@@ -202,6 +202,7 @@ def test_a_transducer_of_any_resolution_gives_what_it_reads():
     assert (fine.measured(loads, np.random.default_rng(1)) == loads).all()
 
 
+@pytest.mark.slow
 def test_surfaces():
     patched = surfaces.patches([0.0, 0.5], [0.2, 0.4])
     assert patched(np.array([-1.0, 0.49, 0.5, 3.0])).tolist() == [0.2, 0.2, 0.4, 0.4]

@@ -204,6 +204,7 @@ def test_parsing_the_workflow_imports_nothing_heavy():
     assert done.stdout.strip() == ""
 
 
+@pytest.mark.slow
 @given(theta=st.floats(1.0, 4.0), eta=st.floats(0.7, 0.95), share=st.floats(0.01, 0.98), dx0=STEPS)
 @settings(max_examples=25)
 def test_friction_comes_back_from_the_travel_that_it_allows(theta, eta, share, dx0):

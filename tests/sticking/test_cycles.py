@@ -72,6 +72,7 @@ def test_a_round_rod_that_locks_swings_aside_and_is_dragged(flipped):
     assert scan.step[slips].tolist() == [slips[0], period, period]
 
 
+@pytest.mark.slow
 def test_a_rod_that_has_swung_aside_is_in_equilibrium_with_its_mirrored_loads(flipped):
     _, scan = flipped
     behind = scan.x1 < scan.footpoint

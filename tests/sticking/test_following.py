@@ -12,6 +12,7 @@ from vibrissa.outcomes import End
 LEANS = 0.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("gap", "mu_lock", "x0_end"),
     [

@@ -104,6 +104,7 @@ def bits(stiction, rows):
         yield from ((name + column, some[rows].tobytes()) for column, some in columns.items())
 
 
+@pytest.mark.slow
 def test_a_period_is_the_same_whatever_is_read_with_it(several):
     mu0 = [D(k) / 40 for k in (13, 1, 7, 19, 18, 250, 30, 20)]
     dx0 = [D("0.001"), D("0.0007")] * 4

@@ -40,6 +40,7 @@ def gap(free, tail):
     return float((tangent[0] * y - tangent[1] * x) / np.hypot(*tangent))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("curvature", "section"),
     [((1.0, -12.0), "round"), ((1.0, -12.0), "planar"), ((0.0, -4.0), "planar")],

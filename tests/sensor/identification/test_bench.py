@@ -41,6 +41,7 @@ def test_what_has_a_tolerance_is_fitted(title):
     assert np.abs(error).mean() < 1e-3
 
 
+@pytest.mark.slow
 def test_a_tare_that_was_forgotten_is_not_silent_without_a_rod():
     row = TITLES["channels not tared, 60 mN, no rod"]
     frame, truth = recorded(row, Said.NOTHING, 1)

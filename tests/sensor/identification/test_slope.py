@@ -63,6 +63,7 @@ def test_it_widens_every_interval_and_the_mean_by_what_neighbours_share(recordin
     assert min(other.if_exact, key=other.if_exact.get) == "surface_slope"
 
 
+@pytest.mark.slow
 def test_only_some_heights_of_many_periods_are_compared(recording, monkeypatch):
     every, level = (read(recording, "model", slope) for slope in (SLOPE.deviation, 0.0))
     # Of each period the height of the surface is fitted, too.

@@ -121,6 +121,7 @@ def test_another_mounting_within_its_tolerance_is_found(name, size, tolerance):
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
 
 
+@pytest.mark.slow
 def test_a_moment_that_was_not_recorded_has_no_origin():
     _, recording = recorded(GIVEN)
     forces = replace(recording, readings=recording.readings * [1.0, 1.0, np.nan])

@@ -28,6 +28,7 @@ def response():
     return respond(2.0, 0.85)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_a_result_is_as_before(response, case, snapshot):
     law, rod, stated = CASES[case]

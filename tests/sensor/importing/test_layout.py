@@ -165,6 +165,7 @@ def test_comments_may_be_anywhere_and_hold_the_titles():
     assert "comments in 1 row, left out: line 3" in found.notes
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from(list(SEPARATORS)),
     st.sampled_from(".,"),

@@ -33,6 +33,7 @@ def tolerances_of(found):
     return {one.of: one.deviation for one in stated if one.of in ZEROS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("whisker", "name"), [(WHISKER, "a.csv"), (None, "a.parquet")])
 def test_identify_reads_the_errors_of_the_zeros(tmp_path, signals, whisker, name):
     series.write(tmp_path / name, Given(signals, HEADER))
@@ -47,6 +48,7 @@ def test_identify_reads_the_errors_of_the_zeros(tmp_path, signals, whisker, name
     assert np.array_equal(travelled.periods.mu0, retyped.periods.mu0, equal_nan=True)
 
 
+@pytest.mark.slow
 def test_a_stated_tolerance_goes_before_that_of_the_recording(tmp_path, signals):
     series.write(tmp_path / "a.csv", Given(signals, HEADER))
     stated = Whisker.read(2, "85 mm", tolerances={"zero_force_x": "exact"}, **ROD)
@@ -137,6 +139,7 @@ def test_a_channel_without_readings_in_air_has_no_zero(signals, channel, until):
     assert any("no zero for" in note for note in found.notes) == (until is not None)
 
 
+@pytest.mark.slow
 def test_an_imported_recording_has_the_friction_of_one_that_was_tared(tmp_path, signals):
     found = import_recording(laboratory(400, 30, signals), Settings.read())
     series.write(tmp_path / "imported.csv", found)
