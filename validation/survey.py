@@ -80,7 +80,7 @@ def survey(curves: int, points: int, seed: int, mounted: bool, section: RodSecti
                     odd.append(curve)
                 if curve.status is Status.SOLVED:
                     residual = float(np.max([residual, curve.residual]))  # NaN stays NaN
-                    states = curve.state(np.linspace(0.0, curve.x0_end, LOOKS, False))
+                    states = curve.state(np.linspace(0.0, curve.x0_end, LOOKS, endpoint=False))
                     stability = float(np.min([stability, states.stability.min()]))
         print(f"\ncontact: {model}, {curves} curves, {sum(counts.values())} points")
         for outcome, number in counts.most_common():

@@ -29,8 +29,6 @@ from vibrissa.sticking.stiction import Stiction, read_curve
 PULLED = "the tip has left the surface, which would have to pull it"
 # Largest taper factor (1 mm at the clamp, 20 µm at the tip): few rods with a larger one are solved.
 MOST_TAPER = 50.0
-# Bisections of an angle between 0 and π/2, down to rounding.
-BISECTIONS = 52
 # Number of cached curves, some kilobytes each: calls that vary mu0 alone need the same curve.
 KEPT_CURVES = 256
 
@@ -502,7 +500,7 @@ def friction_from_travel(
             f"x0_max must lie below {curve.x0_lock:.6g}, got {x0_max}: at any friction the tip of "
             "this rod slips at a smaller x0, or it locks"
         )
-    low, high = (_largest(curve, float(x0)) for x0 in (travel, travel + float(dx0)))
+    low, high = (_largest(curve, x0) for x0 in (travel, travel + float(dx0)))
     if not high > low:
         raise ArgumentError(
             f"no friction lets the tip slip in the step after x0_max = {x0_max}: -tan alpha is "
@@ -520,7 +518,7 @@ def _largest(curve: StickingCurve, x0: float) -> float:
         return here
     # A maximum lies before x0.
     angles = np.arctan([max(here, 0.0), curve.mu_lock])
-    for _ in range(BISECTIONS):
+    for _ in range(52):  # halves π/2 down to rounding
         mu0 = np.tan(angles.mean())
         angles[int(not curve.onset(mu0) <= x0)] = np.arctan(mu0)
     return float(np.tan(angles[0]))

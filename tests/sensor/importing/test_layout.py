@@ -130,6 +130,7 @@ def test_a_leading_zero_is_before_decimals():
         (lambda lines: [line.replace(";", ",") for line in lines], "line 2 on are: #1, .*, #6$"),
         (lambda lines: [*lines, *lines[1:], '0,05;"1;2', *lines[1:]], "line 10: unpaired quotes"),
         (lambda lines: ["Weg;Fx;Fz", *["0;;1"] * 3, "lost;a;b", *lines[1:]], "5: .* got 'lost'"),
+        (lambda lines: [*(f"{one};" for one in lines), "lost", *["0;0;1;tap"] * 5], "line 6"),
     ],
 )
 def test_lines_that_do_not_fit_are_named(damage, message):

@@ -26,7 +26,7 @@ NOT_NAMED = ("diameter", "crosstalk", "drift_force_x", "drift_force_y", "drift_m
 LEVEL = 1e-3
 # Degrees of freedom per reading, for noise that is estimated from second differences: neighbours
 # are correlated by −2/3, the next ones by 1/6. Differences of pairs at rest have as many.
-PER_DIFFERENCE = 18.0 / 35.0
+PER_READING = 18.0 / 35.0
 # Largest number of causes that are named, and least part of the misfit that each must explain.
 SOUGHT, EXPLAINS = 3, 0.1
 
@@ -106,11 +106,11 @@ class Goodness:
     def of(cls, fit: Fit) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
         heights, number = fit.unevenness
-        differences = len(fit.task.recording) * len(fit.task.used)
+        readings = len(fit.task.recording) * len(fit.task.used)
         return cls(
             chi2=fit.misfit - heights,
             degrees=fit.degrees,
-            noise_degrees=np.inf if fit.task.noise_is_given else PER_DIFFERENCE * differences,
+            noise_degrees=np.inf if fit.task.noise_is_given else PER_READING * readings,
             uneven=number > 0 and chdtrc(number, heights) < LEVEL,
         )
 

@@ -239,8 +239,7 @@ def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str
 def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
     """Find the table's first line, and the share of numbers in the table; 0, 0 without a table."""
     lines, sign = _separated(lines, separator)
-    rows = ((line, cells_of(text, sign)) for line, text in lines.items())
-    filled = (row for row in rows if not _empty(row[1]))
+    filled = ((n, row) for n, text in lines.items() if not _empty(row := cells_of(text, sign)))
     tables: dict[int, list[tuple[str, ...]]] = {}
     for width, group in groupby(filled, lambda row: len(row[1]) * (_share(row[1]) >= 0.5)):
         numbered, cells = zip(*group, strict=True)
@@ -248,13 +247,14 @@ def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
             tables[numbered[0]] = list(zip(*cells, strict=True))
     longest = max(tables.values(), key=lambda columns: len(columns[0]), default=[])
     # A line between the parts of a table that has another number of cells is reported later.
-    first = next((line for line, part in tables.items() if _words(part) == _words(longest)), 0)
+    first = next((line for line, part in tables.items() if _continued(part, longest)), 0)
     return first, _share([cell for column in longest for cell in column])
 
 
-def _words(columns: Sequence[Sequence[str]]) -> list[bool]:
-    """Which columns have words alone, as in lines such as ``Rate;50`` above the titles."""
-    return [not (_share(column) or _empty(column)) for column in columns]
+def _continued(columns: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> bool:
+    """Whether these columns may go on as the others: lines such as ``Rate;50`` do not."""
+    pairs = [pair for pair in zip(columns, others, strict=False) if not any(map(_empty, pair))]
+    return len(columns) == len(others) and all(bool(_share(a)) == bool(_share(b)) for a, b in pairs)
 
 
 def _empty(cells: Sequence[str]) -> bool:
