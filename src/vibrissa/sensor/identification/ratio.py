@@ -204,14 +204,14 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
         growth = np.nanmedian(np.abs(2.0 * straight / length[:, None]), axis=0)
         noise = np.hypot(noise, np.nan_to_num(growth) * position)
     fits = [fitted_forces(window, noise, step, n) for n in range(1, MOST_DEGREE + 2)]
-    errors = [_corrected(low, high) for low, high in pairwise(fits)]
-    chosen = min(range(MOST_DEGREE), key=lambda n: errors[n].error)
+    corrected = [_corrected(low, high) for low, high in pairwise(fits)]
+    chosen = min(range(MOST_DEGREE), key=lambda n: corrected[n].error)
     # Many samples refute even a good polynomial: a slip is hidden where none fits of those that
     # have no more coefficients than half of the samples.
     half = int(np.median(np.bincount(window.period))) // 2
     tested = fits[chosen : max(half - 1, chosen + 1)]
     likely = min(tested, key=lambda one: int((one.chance <= UNLIKELY).sum()))
-    best = replace(errors[chosen], chance=likely.chance)
+    best = replace(corrected[chosen], chance=likely.chance)
     # The middle of the step in which the tip slips is the mean of two positions.
     way = np.where(gap != 0.0, np.abs(gap), np.inf)
     by_position = np.abs(best.along[:, 2] - best.along[:, 0]) / way * position / np.sqrt(2.0)
