@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vibrissa.sensor import Whisker, scan, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import Whisker, scan
 
 FRICTION, RATE, STEP = 0.3, 50, "20 um"
 NOISE = np.array([3e-3, 3e-3, 6e-5])

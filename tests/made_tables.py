@@ -9,9 +9,9 @@ from vibrissa import stick_slip
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.study.chunks import number_of_points, points_of
-from vibrissa.tables import records
 from vibrissa.tables.points import points_table
 from vibrissa.tables.rods import rods_of, solve
+from vibrissa.tables.scans import scan_table
 
 SOLVER = {"method": Solver.COLLOCATION, "contact": Contact.POINT, "section": RodSection.ROUND}
 IDEAL = dict.fromkeys(MOUNTING_AXES, (0.0,))
@@ -33,7 +33,7 @@ def scans(name, section, study="paper"):
     points = points_of(section.axes)
     return pa.concat_tables(
         [
-            records.scan_table(
+            scan_table(
                 name,
                 point,
                 stick_slip(curve, point["mu0"], point["dx0"], section.cycles),

@@ -1,8 +1,10 @@
 """Simulated recordings of a random surface, and what is found in them."""
 
 from steel import NOISE, identified, measured, recording_of
-from vibrissa.sensor import Whisker, surfaces
-from vibrissa.sensor.simulation.scanning import path, simulate
+from vibrissa.scanning import surfaces
+from vibrissa.scanning.simulation import simulate
+from vibrissa.scanning.stage import path
+from vibrissa.sensor import Whisker
 
 
 def found_in(recording, noise=NOISE, **rod):

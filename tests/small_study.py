@@ -9,6 +9,7 @@ from made_tables import grid, points
 from vibrissa import Mounting, solve_curve, solve_state, stick_slip
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.tables import records
+from vibrissa.tables.scans import scan_table
 
 MU0 = (0.2, 0.3, 0.45, 0.9)
 FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luck")
@@ -37,8 +38,8 @@ def scans():
     for theta, mu0, step in ((1.0, 0.3, "0.004"), (3.0, 0.9, "0.1"), (9.0, 0.3, "0.01")):
         point = {name: values[0] for name, values in grid((theta,), MU0, dx0=(0.01,)).items()}
         curve = curves()[theta]
-        scan = stick_slip(curve, mu0, Decimal(step), 2, 5, "line" if theta == 3 else "point")
-        parts.append(records.scan_table("runs", point, scan, study="small", method=curve.method))
+        scan = stick_slip(curve, mu0, Decimal(step), 2)
+        parts.append(scan_table("runs", point, scan, study="small", method=curve.method))
     return pa.concat_tables(parts)
 
 

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.mounting import Mounting as Mounting
     from vibrissa.mechanics.rod import Rod as Rod
     from vibrissa.outcomes import Status as Status
+    from vibrissa.scanning.cycles import stick_slip as stick_slip
+    from vibrissa.scanning.simulation import Scan as Scan
     from vibrissa.sticking.api import EquilibriumState as EquilibriumState
     from vibrissa.sticking.api import FrictionRange as FrictionRange
     from vibrissa.sticking.api import Onset as Onset
@@ -19,8 +21,6 @@ if TYPE_CHECKING:
     from vibrissa.sticking.api import solve_onset as solve_onset
     from vibrissa.sticking.api import solve_state as solve_state
     from vibrissa.sticking.curve import StickingCurve as StickingCurve
-    from vibrissa.sticking.cycles import Scan as Scan
-    from vibrissa.sticking.cycles import stick_slip as stick_slip
     from vibrissa.sticking.piece import StickingState as StickingState
     from vibrissa.tables.frames import read_table as read_table
 
@@ -32,10 +32,11 @@ __getattr__, __all__ = attached(
         "mechanics.mounting": "Mounting",
         "mechanics.rod": "Rod",
         "outcomes": "Status",
+        "scanning.cycles": "stick_slip",
+        "scanning.simulation": "Scan",
         "sticking.api": "EquilibriumState FrictionRange Onset friction_from_travel solve_curve "
         "solve_onset solve_state",
         "sticking.curve": "StickingCurve",
-        "sticking.cycles": "Scan stick_slip",
         "sticking.piece": "StickingState",
         "tables.frames": "read_table",
     },

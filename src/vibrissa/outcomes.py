@@ -4,6 +4,11 @@ A Snakefile can import this module quickly, as it loads no other library.
 """
 
 from enum import StrEnum
+from typing import TypeVar
+
+from vibrissa.errors import ArgumentError
+
+Choice = TypeVar("Choice", bound=StrEnum)
 
 
 class Status(StrEnum):
@@ -115,3 +120,16 @@ class Solver(StrEnum):
     def by_step(self) -> bool:
         """Whether a curve serves one Δx0 only, because the solver advances in steps of Δx0."""
         return self is Solver.SHOOTING
+
+
+def chosen(kind: type[Choice], value: str, what: str) -> Choice:
+    """Look up a member of the enumeration `kind` by its value.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no such member.
+    """
+    if value not in tuple(kind):
+        raise ArgumentError(f"{what} must be one of {', '.join(kind)}, got {value!r}")
+    return kind(value)

@@ -14,7 +14,8 @@ from vibrissa.design.pairs import survey
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sensor import identify, preset, scan, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import identify, preset, scan
 from vibrissa.sensor.tolerances import TOLERABLE
 
 SENSOR = preset("nano17-si-12-0.12")

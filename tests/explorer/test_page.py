@@ -28,8 +28,8 @@ from vibrissa.explorer.page import (
     program,
     style,
 )
-from vibrissa.sensor import surfaces
-from vibrissa.sensor.simulation.tip import Slip, SlipLaw
+from vibrissa.scanning import surfaces
+from vibrissa.scanning.slip import Slip, SlipLaw
 
 needs_chromium = [
     pytest.mark.skipif(
@@ -541,7 +541,7 @@ class TestFunctions:
         common = {"theta": 2.0, "eta": 0.8, "mu0": 0.3, "dx0": 0.005, "contact": "point"}
         settings = common | settings
         rows = stick_slip(curve_of(settings), settings["mu0"], settings["dx0"], 4)
-        count, state = len(rows.footpoint), rows.state
+        count, state = len(rows.clamp), rows.state
         assert count > 8
         found = json.loads(
             functions.evaluate(f"""(() => {{
@@ -553,7 +553,13 @@ class TestFunctions:
                     model.trace.map((row) => [row.clamp, row.contact, row.fx, row.fy, row.m]));
             }})()""")
         )
-        expected = (rows.footpoint, rows.x1, state.reaction_fx, state.reaction_fy, state.reaction_m)
+        expected = (
+            rows.clamp,
+            rows.contact,
+            state.reaction_fx,
+            state.reaction_fy,
+            state.reaction_m,
+        )
         assert len(found) == count
         for got, *row in zip(found, *expected, strict=True):
             assert got == pytest.approx(row, abs=1e-8)

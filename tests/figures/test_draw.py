@@ -19,6 +19,7 @@ from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.study.chunks import spell_powers
 from vibrissa.tables import records
+from vibrissa.tables.scans import scan_table
 
 MU0 = (0.2, 0.3, 0.4, 0.9)
 FAILED = failed_curve(theta=2.0, eta=0.05, method="collocation", message="no luck")
@@ -38,10 +39,10 @@ def points_table(grids, curves):
     return table.take(np.random.default_rng(1).permutation(len(table)))
 
 
-def scan_table(curve, theta, mu0):
+def scanned(curve, theta, mu0):
     point = {name: one for name, (one,) in grid((theta,), (mu0,), (0.01,)).items()}
     scan = stick_slip(curve, mu0, 0.01, 3)
-    return records.scan_table("runs", point, scan, study="a", method=curve.method)
+    return scan_table("runs", point, scan, study="a", method=curve.method)
 
 
 @cache
@@ -57,8 +58,8 @@ def points():
 
 @cache
 def scans():
-    made = [scan_table(curve_of(theta), theta, mu0) for theta in (2.0, 3.0) for mu0 in (0.3, 0.9)]
-    return pa.concat_tables([*made, scan_table(FAILED, 1.0, 0.3)])
+    made = [scanned(curve_of(theta), theta, mu0) for theta in (2.0, 3.0) for mu0 in (0.3, 0.9)]
+    return pa.concat_tables([*made, scanned(FAILED, 1.0, 0.3)])
 
 
 def rows(table, **values):

@@ -9,7 +9,8 @@ import reference
 from validation.sensor.bench import Bench, Friction, Slip, crosstalk, moved, scan, turned
 from validation.sensor.bench_rod import Rod, States, solve
 from vibrissa import Mounting
-from vibrissa.sensor import Whisker, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import Whisker
 from vibrissa.sensor import scan as simulated
 
 EXACT = np.zeros(3)

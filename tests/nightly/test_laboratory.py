@@ -9,7 +9,8 @@ from validation.sensor import costs, laboratory, laboratory_table
 from validation.sensor.bench import Bench, Friction, scan
 from validation.sensor.laboratory import ROWS, Said, Score, of_entry, recorded
 from validation.sensor.mistakes import MISTAKES, UNITS, everything
-from vibrissa.sensor import Method, Whisker, identify, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import Method, Whisker, identify
 from vibrissa.sensor import scan as simulated
 
 TITLES = [row.title for row in ROWS]

@@ -15,7 +15,8 @@ from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.quantities import series
 from vibrissa.quantities.units import Kind, Units
-from vibrissa.sensor import Whisker, scan, solve, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import Whisker, scan, solve
 from vibrissa.sensor.onset import strains_in
 
 

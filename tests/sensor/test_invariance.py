@@ -15,12 +15,13 @@ from hypothesis import strategies as st
 from responses import respond
 from steel import NOISE, identified, recording_of
 from vibrissa.mechanics.rod import Rod
-from vibrissa.sensor import Whisker, scan, solve, surfaces
+from vibrissa.scanning import surfaces, tip
+from vibrissa.scanning.simulation import simulate
+from vibrissa.scanning.slip import SlipLaw
+from vibrissa.scanning.stage import path
+from vibrissa.sensor import Whisker, scan, solve
 from vibrissa.sensor.identification import slope
 from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.simulation import tip
-from vibrissa.sensor.simulation.scanning import path, simulate
-from vibrissa.sensor.simulation.tip import SlipLaw
 
 RESPONSE = respond(2.0, 0.85)
 STAGE = path("0.0005", ["0.25", "0.1", "0.2"])

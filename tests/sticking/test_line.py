@@ -124,12 +124,13 @@ def test_whole_range_is_solved_in_both_models(theta, eta):
 def test_scan_shows_the_rod_lying_on_the_surface():
     curve = line(3.0, 0.7)
     scan = stick_slip(curve, Decimal("0.3"), Decimal("0.005"), cycles=2)
-    assert scan.residual.max() < 1e-9
-    assert scan.y.max() <= 0.7 + 1e-9
-    lying = scan.s > scan.state.s_c[:, None] + 1e-9
+    shapes = scan.shapes()
+    assert shapes.residual.max() < 1e-11
+    assert shapes.y.max() <= 0.7 + 1e-11
+    lying = shapes.s > scan.state.s_c[:, None] + 1e-9
     assert lying.any(axis=1).all()
-    assert scan.y[lying] == pytest.approx(0.7, abs=1e-9)
-    assert scan.x[:, -1] == pytest.approx(scan.x1, abs=1e-9)
+    assert shapes.y[lying] == pytest.approx(0.7, abs=1e-11)
+    assert shapes.x[:, -1] == pytest.approx(scan.contact, abs=1e-11)
 
 
 def test_unknown_contact_is_refused():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, quad, solve_ivp
 
-from vibrissa import Mounting, solve_curve, solve_onset, solve_state, stick_slip
+from vibrissa import Mounting, Status, solve_curve, solve_onset, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.outcomes import Contact, RodSection
@@ -252,17 +252,18 @@ def test_a_rod_curved_towards_the_surface_may_not_lie_on_it():
 def test_each_cycle_of_an_oblique_stage_has_the_curve_of_its_height():
     found = curve(2.0, 0.85, Mounting(stage_angle=0.05))
     scan = stick_slip(found, 0.3, 0.005, 3)
-    assert scan.residual.max() < 1e-9 and scan.message == ""
-    assert scan.footpoint == pytest.approx(0.005 * np.arange(len(scan.step)), abs=1e-15)
-    begins = np.flatnonzero(np.array(scan.phase) == "slip")
+    shapes = scan.shapes()
+    assert shapes.residual.max() < 1e-11 and scan.message == ""
+    assert scan.clamp == pytest.approx(0.005 * np.arange(len(scan.step)), abs=1e-15)
+    begins = np.flatnonzero(scan.phase == "slip")
     assert len(begins) == 3 and scan.cycle[begins].tolist() == [1, 2, 3]
     assert scan.step[begins].tolist() == np.diff(begins, prepend=0).tolist()
     for begin, end in zip([0, *begins], [*begins, len(scan.step)], strict=True):
         # The tip keeps its place, on the surface, until it slips.
-        assert np.ptp(scan.x1[begin:end]) < 1e-12
-        assert scan.y[begin:end, -1] == pytest.approx(0.85, abs=1e-9)
-        own = curve(2.0, 0.85 - scan.footpoint[begin] * np.sin(0.05), found.mounting)
-        x0 = scan.footpoint[begin:end] - scan.footpoint[begin]
+        assert np.ptp(scan.contact[begin:end]) < 1e-12
+        assert shapes.y[begin:end, -1] == pytest.approx(0.85, abs=1e-9)
+        own = curve(2.0, 0.85 - scan.clamp[begin] * np.sin(0.05), found.mounting)
+        x0 = scan.clamp[begin:end] - scan.clamp[begin]
         assert scan.state.reaction_fx[begin:end] == pytest.approx(own.state(x0).reaction_fx)
         # It slips at the first step at which it has to.
         if end < len(scan.step):
@@ -273,11 +274,12 @@ def test_each_cycle_of_an_oblique_stage_has_the_curve_of_its_height():
 def test_cycles_of_an_oblique_stage_end_where_the_tip_does_not_slip_any_more():
     leaving = curve(2.0, 0.85, Mounting(stage_angle=-0.3))
     scan = stick_slip(leaving, 0.3, 0.01, 20)
-    assert scan.cycle[-1] == 4 and scan.phase[-1] == "stick"
-    assert scan.message == "at the height 0.906149 (in units of L): lock"
+    assert scan.cycle[-1] == 4 and scan.phase[-1] == "stick" and scan.status is Status.LOCK
+    assert scan.outcome == "out_of_reach" and "to heights from 0.85 L to 1.0" in scan.message
     assert curve(2.0, 0.906149, leaving.mounting).mu_lock < 0.3
     scan = stick_slip(curve(2.0, 0.9, Mounting(stage_angle=-0.5)), 0.01, 0.25, 20)
-    assert scan.message == "the stage takes the clamp to the height 1.01986 (in units of L)"
+    assert scan.outcome == "out_of_reach" and scan.slips == 0
+    assert "to heights from 0.9 L to 1.01986 L, but they must lie between" in scan.message
 
 
 def test_shooting_knows_the_ideal_mounting_alone():

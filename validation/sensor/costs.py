@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from validation.records import write_record
-from vibrissa.sensor import Recording, Setup, identify, scan, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import Recording, Setup, identify, scan
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances, told
 from vibrissa.wording import markdown_table
 

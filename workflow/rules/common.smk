@@ -66,6 +66,7 @@ SOLVING_CODE = [
     "Python {}.{}".format(*sys.version_info),
     *(f"{library} {version(library)}" for library in ("numpy", "scipy")),
 ]
+SCANNING_CODE = [digest("scanning"), *SOLVING_CODE]
 STUDY_CODE = [
     digest("study", "figures", "paper", "report", "explorer"),
     *SOLVING_CODE,

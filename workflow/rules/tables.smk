@@ -68,7 +68,7 @@ rule scans:
         scans={name: (scan.axes, scan.cycles) for name, scan in STUDY.scans.items()},
         solver=SOLVER,
         study_part=STUDY.part("scans"),
-        code=SOLVING_CODE,
+        code=SCANNING_CODE,
     message:
         "moving the clamp through the scans"
     script:

@@ -1,22 +1,23 @@
 """Move the clamp step by step through all scans."""
 
 from vibrissa.pipeline import jobs
-from vibrissa.sticking.cycles import stick_slip
+from vibrissa.scanning.cycles import stick_slip
 from vibrissa.study.chunks import points_of
-from vibrissa.tables import records, schemas, store
+from vibrissa.tables import schemas, store
 from vibrissa.tables.rods import solve
+from vibrissa.tables.scans import scan_table
 
 
 def tables(params):
     """Yield the table of each scan."""
-    method, contact = params.solver["method"], params.solver["contact"]
+    method = params.solver["method"]
     for name, (axes, cycles) in params.scans.items():
         points = points_of(axes)
         curves = solve(points, **params.solver)
         for point, curve in zip(points, curves, strict=True):
-            found = stick_slip(curve, point["mu0"], point["dx0"], cycles, contact=contact)
+            found = stick_slip(curve, point["mu0"], point["dx0"], cycles)
             print(name, *point.values(), found.status, found.message)
-            yield records.scan_table(name, point, found, study=params.study, method=method)
+            yield scan_table(name, point, found, study=params.study, method=method)
 
 
 with jobs.logged(snakemake.log[0]):

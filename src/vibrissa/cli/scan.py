@@ -8,8 +8,10 @@ import numpy as np
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
 from vibrissa.cli.warnings import material_of, warn
-from vibrissa.sensor import Setup, SlipLaw, surfaces
-from vibrissa.sensor.simulation.scanning import TipSide
+from vibrissa.scanning import SlipLaw
+from vibrissa.scanning.simulation import TipSide
+from vibrissa.sensor import Setup
+from vibrissa.sensor.surface_texts import read_surface
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
 
@@ -51,7 +53,7 @@ def scan(
     tip, period and phase.
     """
     whisker, material = setup.whisker, material_of(setup)
-    surface = surfaces.read_surface(
+    surface = read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )
     # A wrong name is refused before any work.

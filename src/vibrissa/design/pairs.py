@@ -22,9 +22,9 @@ from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Status
+from vibrissa.scanning.response import Response
 from vibrissa.sensor.identification.parameters import OF_ROD, parameters_of
 from vibrissa.sensor.onset import STATES, strains_in
-from vibrissa.sensor.response.branch import Response, tabulated
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
 
@@ -138,7 +138,7 @@ def survey(
     strain = largest.reshape(len(solved), STATES).max(axis=1)
     return [
         Pair(
-            response=tabulated(curve),
+            response=Response(curve=curve),
             contact=contact,
             x0_slip=x0_slip,
             longest=end,

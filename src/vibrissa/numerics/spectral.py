@@ -146,9 +146,25 @@ def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatA
     values = np.empty((len(x), coefficients.shape[1]))
     for some in slices(len(x), PLACES_AT_ONCE):
         # Contiguous rows, as for a single position, so that sums are taken in the same order.
-        order = coefficients.shape[2] - 1
-        polynomials = np.ascontiguousarray(chebyshev.chebvander(x[some], order))
+        polynomials = np.ascontiguousarray(chebyshev_polynomials(x[some], coefficients.shape[2]).T)
         values[some] = np.matvec(coefficients[which[some]], polynomials)
+    return values
+
+
+def chebyshev_polynomials(x: FloatArray, count: int) -> FloatArray:
+    """Evaluate the first `count` ≥ 2 Chebyshev polynomials at x, shape (count, n).
+
+    The number of known polynomials is doubled by T_(m+n) = 2·T_m·T_n − T_(m−n): a few operations on
+    arrays, where the recurrence over n needs `count` of them.
+    """
+    values = np.empty((count, len(x)))
+    values[0], values[1] = 1.0, x
+    known = 1  # highest degree so far
+    while known < count - 1:
+        more = min(known, count - 1 - known)
+        lower = values[known - more : known][::-1]
+        values[known + 1 : known + more + 1] = 2.0 * values[known] * values[1 : more + 1] - lower
+        known += more
     return values
 
 

@@ -228,19 +228,6 @@ def _checked(value: Decimal, what: str) -> Decimal:
     return value
 
 
-def chosen(kind: type[Choice], value: str, what: str) -> Choice:
-    """Look up a member of the enumeration `kind` by its value.
-
-    Raises
-    ------
-    ArgumentError
-        If there is no such member.
-    """
-    if value not in tuple(kind):
-        raise ArgumentError(f"{what} must be one of {', '.join(kind)}, got {value!r}")
-    return kind(value)
-
-
 def range_of(text: str) -> tuple[str, str]:
     """Split ``"20 to 200 mm"`` into ``"20 mm"`` and ``"200 mm"``; a single value is both ends.
 

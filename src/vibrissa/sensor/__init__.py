@@ -1,4 +1,4 @@
-"""Identification of friction from signals of the clamp, and simulation of these signals.
+"""Identification of friction from signals of the clamp, and signals of simulated scans.
 
 The public names are imported when first used.
 """
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from vibrissa.lazy import attached
 
 if TYPE_CHECKING:
-    from vibrissa.sensor import surfaces as surfaces
     from vibrissa.sensor.identification.identify import identify as identify
     from vibrissa.sensor.identification.periods import Grade as Grade
     from vibrissa.sensor.identification.periods import Periods as Periods
@@ -20,11 +19,8 @@ if TYPE_CHECKING:
     from vibrissa.sensor.onset import WhiskerOnset as WhiskerOnset
     from vibrissa.sensor.onset import solve as solve
     from vibrissa.sensor.setup import Setup as Setup
-    from vibrissa.sensor.simulation.scanning import Signals as Signals
-    from vibrissa.sensor.simulation.scanning import SurfaceScan as SurfaceScan
-    from vibrissa.sensor.simulation.scanning import scan as scan
-    from vibrissa.sensor.simulation.tip import SlipLaw as SlipLaw
-    from vibrissa.sensor.surfaces import Surface as Surface
+    from vibrissa.sensor.signals import Signals as Signals
+    from vibrissa.sensor.signals import scan as scan
     from vibrissa.sensor.transducer import Transducer as Transducer
     from vibrissa.sensor.transducer import preset as preset
     from vibrissa.sensor.whisker import Whisker as Whisker
@@ -39,11 +35,8 @@ __getattr__, __all__ = attached(
         "identification.summary": "FrictionSummary",
         "onset": "WhiskerOnset solve",
         "setup": "Setup",
-        "simulation.scanning": "Signals SurfaceScan scan",
-        "simulation.tip": "SlipLaw",
+        "signals": "Signals scan",
         "transducer": "Transducer preset",
         "whisker": "Whisker",
-        # Last, as the reference documents the members of a module where it is listed.
-        "surfaces": "Surface surfaces",
     },
 )

@@ -1,58 +1,41 @@
 """A whisker: a rod clamped below a surface, nondimensional or with the units of a real rod."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Contact, RodSection
 from vibrissa.quantities.units import Kind, Quantity, Units
+from vibrissa.scanning.rods import MountedRod
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
 if TYPE_CHECKING:
-    from vibrissa.sensor.response.branch import Response
-    from vibrissa.sensor.response.heights import Stage
+    from vibrissa.scanning.response import Response
+    from vibrissa.scanning.stage import Stage
 
 
 @dataclass(frozen=True, kw_only=True)
-class Whisker:
-    """A rod, the height of the surface above its clamp, and how it may touch the surface.
+class Whisker(MountedRod):
+    """A mounted rod with the units and the stated tolerances of a real one.
 
     The first use of `response` solves it and imports SciPy; later uses do not solve it again.
 
     Attributes
     ----------
-    theta : float
-        Taper factor, at least 1.
-    eta : float
-        Height, 0 < eta < 1 (L).
-    contact : Contact
-        ``point``: the tip alone touches; ``line``: the rod may lie flat along the surface.
-    section : RodSection
-        ``round``: the rod may leave its plane; ``planar``: a strip or a guided rod stays in it.
+    theta, eta, contact, section, mounting
+        As in `MountedRod`.
     rod : Rod or None
         The rod in SI units; None: all quantities are nondimensional.
-    mounting : Mounting
-        Inclination and compliance of the clamp, natural curvature, angle of the stage.
     tolerances : mapping of str to float
         Stated standard deviations, as from `read_tolerances`.
     wished : dict of Kind to str
         Units of its results, see `Units`.
     """
 
-    theta: float
-    eta: float
-    contact: Contact = Contact.POINT
-    section: RodSection = RodSection.ROUND
     rod: Rod | None = None
-    mounting: Mounting = IDEAL
     tolerances: Mapping[str, float] = field(default_factory=dict, hash=False)
     wished: Mapping[Kind, str] = field(default_factory=dict, compare=False, repr=False)
 
@@ -86,6 +69,11 @@ class Whisker:
         return Setup.read(theta=theta, eta=eta, **properties).whisker
 
     @property
+    def spell(self) -> Callable[[float], str]:
+        """Formats lengths (L) for messages, in the unit of the user."""
+        return lambda length: self.units.spelled(length, Kind.LENGTH)
+
+    @property
     def units(self) -> Units:
         """Units of the results."""
         return Units(self.rod, self.wished)
@@ -108,17 +96,9 @@ class Whisker:
         NoResponseError
             If the sticking curve cannot be solved, or the stage is oblique.
         """
-        from vibrissa.sensor.response.branch import responses
+        from vibrissa.scanning.response import responses
 
         return responses([self])[0]
-
-    def height(self, clamp: ArrayLike) -> FloatArray:
-        """Height (L) of the surface above the clamp, at given positions of the clamp (L)."""
-        return height_at(clamp, self.eta, self.mounting.stage_angle)
-
-    def level(self, eta: float) -> "Whisker":
-        """Return the same rod at another height, on a level stage."""
-        return replace(self, eta=eta, mounting=replace(self.mounting, stage_angle=0.0))
 
     def stage(self, positions: FloatArray) -> "Stage":
         """Solve the response at all heights η that the clamp reaches on its stage.
@@ -134,16 +114,8 @@ class Whisker:
             If the sticking curve cannot be solved at one of these heights, or η comes too close to
             0 or to 1.
         """
-        from vibrissa.sensor.response.heights import Stage, respond_over
+        from vibrissa.scanning.stage import Stage, stage_of
 
-        angle = self.mounting.stage_angle
-        if angle == 0.0:
+        if self.mounting.stage_angle == 0.0:
             return Stage(rod=self.response, eta=self.eta)
-        reached = self.height(np.append(positions, 0.0))
-        heights = respond_over(self.level(self.eta), float(reached.min()), float(reached.max()))
-        return Stage(rod=heights, eta=self.eta, angle=angle)
-
-
-def height_at(clamp: ArrayLike, eta: float, stage_angle: float) -> FloatArray:
-    """Height h(X) = η − X·sin δ of the surface above the clamp at the position X (L)."""
-    return np.asarray(eta - np.asarray(clamp) * np.sin(stage_angle))
+        return stage_of(self, positions)

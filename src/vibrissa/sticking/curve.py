@@ -4,6 +4,7 @@ The curve does not depend on friction. μ0 decides where on the curve sticking e
 where −tan α = μ0.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -11,11 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.outcomes import End, RodSection, Solver, Status
+from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
 from vibrissa.sticking.piece import NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.reading import CurveArray
+from vibrissa.sticking.shapes import RowStates, Shapes
 
 # Displacements that differ by less than this (L) count as equal; shorter pieces are dropped.
 SAME = 1e-12
@@ -32,6 +35,8 @@ class StickingCurve:
     theta, eta : float
         Taper factor and height of the contact point in the α = 0 state (L).
     mounting : Mounting
+    contact_model : Contact
+        Whether only the tip may touch the surface (``point``), or the whole rod (``line``).
     method : str
         ``collocation`` or ``shooting``.
     status : Status
@@ -81,6 +86,7 @@ class StickingCurve:
     end: End = End.NOT_FOLLOWED
     end_message: str = ""
     mounting: Mounting = IDEAL
+    contact_model: Contact = Contact.POINT
 
     def contact_point(self, x0: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Position (x, y) of the tip relative to the clamp, at displacements x0 (L).
@@ -145,6 +151,36 @@ class StickingCurve:
     def mobilised_friction(self, x0: ArrayLike) -> FloatArray:
         """Mobilised friction −tan α at displacements (L); infinite where the tip lifts off."""
         return self.state(x0).mobilised_friction
+
+    def shapes(self, x0: FloatArray, s: FloatArray) -> Shapes:
+        """Deformed shapes at displacements between `x0_pull` and `x0_end`, shape (n,) (L).
+
+        Parameters
+        ----------
+        s : ndarray, shape (points,)
+            Arc lengths between 0 and 1, increasing (L).
+
+        Raises
+        ------
+        ArgumentError
+            As in `state`.
+        """
+        x0 = np.asarray(x0, dtype=float)
+        state = self.state(x0)
+        if self.method == Solver.SHOOTING:
+            return self._integrated(state, s)
+        return self._alone.shapes(_first(x0), x0, s)
+
+    def rod_states(self, x0: FloatArray) -> Iterator[RowStates]:
+        """Yield the states of the rod at displacements on the curve, shape (n,), piece by piece."""
+        return self._alone.rod_states(_first(x0), x0)
+
+    def _integrated(self, state: StickingState, s: FloatArray) -> Shapes:
+        """Integrate the rod from its clamp, as shooting does."""
+        offset, height = self.contact_point(state.x0)
+        rows = zip(state.f, state.alpha, offset, height, state.s_c, strict=True)
+        shapes = [deformed_shape(self.theta, *row[:4], s, row[4], self.mounting) for row in rows]
+        return Shapes(*np.moveaxis(np.reshape(shapes, (len(shapes), 3, len(s))), 1, 0))
 
     def onset(self, mu0: ArrayLike) -> FloatArray:
         """Exact onset of slip (L): the first displacement at which −tan α = μ0.

@@ -3,7 +3,7 @@
 No result on one piece depends on other pieces, not even by rounding.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from vibrissa.mechanics.states import ContactState, Values
-from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root, first_reached
 from vibrissa.numerics.spectral import (
@@ -80,6 +80,8 @@ class Pieces(Batch):
     states : StickingState, columns of shape (pieces, STATES)
         States at the Chebyshev points between `start` and `stop`. A piece is directed towards
         larger x0.
+    shapes : ndarray of ShapesAlongPiece, shape (pieces,)
+        Shapes of the rod along each piece; None where the solver was shooting.
     """
 
     line: BoolArray
@@ -87,6 +89,7 @@ class Pieces(Batch):
     start: FloatArray
     stop: FloatArray
     states: StickingState
+    shapes: ObjectArray
 
     @property
     def first_x0(self) -> FloatArray:
@@ -109,8 +112,8 @@ class Pieces(Batch):
         slope = value @ derivative * scale[:, None, None]
         return value, slope, slope @ derivative * scale[:, None, None]
 
-    def _values(
-        self, index: IntArray, t: FloatArray, names: Sequence[str], orders: Sequence[int]
+    def values(
+        self, index: IntArray, t: FloatArray, names: Iterable[str], orders: Sequence[int]
     ) -> FloatArray:
         """Interpolate derivatives of orders 0 to 2 of some columns, shape (orders, columns, n)."""
         columns = [StickingState.names().index(name) for name in names]
@@ -118,7 +121,7 @@ class Pieces(Batch):
         start, stop = self.start[index], self.stop[index]
         position = 2.0 * (t - start) / (stop - start) - 1.0
         values = chebyshev_series(np.concatenate(some, axis=1), index, position)
-        return values.T.reshape(len(orders), len(names), len(t))
+        return values.T.reshape(len(orders), len(columns), len(t))
 
     def _sampled(self, order: int) -> StickingState:
         """Differentiate the states at `sample_places`; `order` 0 returns the states themselves."""
@@ -127,7 +130,7 @@ class Pieces(Batch):
 
     def at(self, index: IntArray, t: FloatArray) -> StickingState:
         """Interpolate states at the parameter values `t`."""
-        (columns,) = self._values(index, t, StickingState.names(), (0,))
+        (columns,) = self.values(index, t, StickingState.names(), (0,))
         states = StickingState.from_matrix(columns.T)
         line = self.line[index]
         # No margin exceeds 1, but between the states the interpolant may.
@@ -176,9 +179,14 @@ class Pieces(Batch):
 
     def up_to(self, stop: FloatArray) -> Self:
         """Cut each piece off at the value `stop` of its parameter."""
-        places = self.start[:, None] + (stop - self.start)[:, None] * chebyshev_nodes(STATES)
+        return self.part(self.start, stop)
+
+    def part(self, start: FloatArray, stop: FloatArray) -> Self:
+        """Cut each piece to the part between two values of its parameter."""
+        places = start[:, None] + (stop - start)[:, None] * chebyshev_nodes(STATES)
         states = self.at(np.repeat(np.arange(len(self)), STATES), places.ravel())
-        return replace(self, stop=stop, states=states.each(lambda v: v.reshape(places.shape)))
+        states = states.each(lambda values: values.reshape(places.shape))
+        return replace(self, start=start, stop=stop, states=states)
 
     def first(
         self,
@@ -231,7 +239,7 @@ class Pieces(Batch):
         def excess(
             t: FloatArray, index: IntArray, value: FloatArray, *weighted: FloatArray
         ) -> tuple[FloatArray, FloatArray]:
-            values = self._values(index, t, tuple(weights), (derivative, derivative + 1))
+            values = self.values(index, t, tuple(weights), (derivative, derivative + 1))
             total, slope = (values * np.array(weighted)).sum(axis=1)
             return total - value, slope
 
@@ -253,7 +261,7 @@ class Pieces(Batch):
 
         def slope(t: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
             """Return fy² times the derivative of fx/fy, and the derivative of this product."""
-            force, first, second = self._values(index, t, ("reaction_fx", "reaction_fy"), (0, 1, 2))
+            force, first, second = self.values(index, t, ("reaction_fx", "reaction_fy"), (0, 1, 2))
             (fx, fy), (dfx, dfy), (ddfx, ddfy) = force, first, second
             return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
 
@@ -278,4 +286,5 @@ NO_PIECES = Pieces(
     start=np.empty(0),
     stop=np.empty(0),
     states=StickingState.unknown((0, STATES)),
+    shapes=np.empty(0, dtype=object),
 )

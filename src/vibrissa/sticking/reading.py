@@ -3,17 +3,19 @@
 No result of one curve depends on other curves, not even by rounding.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibrissa.mechanics.equations import shape
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.roots import first_reached
 from vibrissa.outcomes import Contact, End, Status
 from vibrissa.sticking.piece import Pieces, StickingState
+from vibrissa.sticking.shapes import RowStates, Shapes
 
 if TYPE_CHECKING:
     from vibrissa.sticking.curve import StickingCurve
@@ -102,6 +104,21 @@ class CurveArray:
         place = self._piece_of(index, x0)
         within = np.minimum(x0, self.pieces.last_x0[place])
         return replace(self.pieces.at(place, self.pieces.places_of(place, within)), x0=x0)
+
+    def shapes(self, index: IntArray, x0: FloatArray, s: FloatArray) -> Shapes:
+        """Deformed shapes at the displacements `x0`, none of which is NaN."""
+        found = np.empty((3, len(x0), len(s)))
+        for some in self.rod_states(index, x0):
+            found[:, some.rows] = shape(some.states, s)
+        return Shapes(*found)
+
+    def rod_states(self, index: IntArray, x0: FloatArray) -> Iterator[RowStates]:
+        """Yield the states of the rod at the displacements `x0`, those on one piece together."""
+        place = self._piece_of(index, x0)
+        t = self.pieces.places_of(place, np.minimum(x0, self.pieces.last_x0[place]))
+        for piece in np.unique(place):
+            rows = np.flatnonzero(place == piece)
+            yield RowStates(rows=rows, states=self.pieces.shapes[piece].states(t[rows]))
 
     def onset(self, index: IntArray, mu0: FloatArray) -> FloatArray:
         """Exact onsets of slip (L); NaN where the tip locks or the curve ends before the onset."""

@@ -10,14 +10,11 @@ import pyarrow as pa
 
 from vibrissa.outcomes import Solver, Status
 from vibrissa.sticking.piece import StickingState
-from vibrissa.study.axes import AXES, Value, sortable
-from vibrissa.study.chunks import spell_powers
-from vibrissa.tables.schemas import COMPARISONS, SCANS, SHAPE, STATE, STATES, WHOLE
+from vibrissa.tables.schemas import COMPARISONS, SHAPE, STATE, STATES, WHOLE
 
 # For annotations alone: a job then depends only on the code that computes its own results.
 if TYPE_CHECKING:
     from vibrissa.sticking.api import EquilibriumState
-    from vibrissa.sticking.cycles import Scan
 
 
 def array(values: Any, kind: pa.DataType) -> pa.Array:
@@ -42,40 +39,6 @@ def table_of(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
 def state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
     """Return the values of states for the columns `STATE`, whose names get the `suffix`."""
     return {f"{column.name}{suffix}": getattr(state, column.name) for column in STATE}
-
-
-def scan_table(
-    name: str, point: Mapping[str, Value], scan: Scan, *, study: str, method: Solver
-) -> pa.Table:
-    """Make the table of a scan: a row for each clamp position, or one row if the scan failed."""
-    failed = scan.status not in (Status.SLIP, Status.LOCK)
-    n = 1 if failed else len(scan.step)
-    columns: dict[str, Any] = {
-        "study": [study] * n,
-        "method": [method] * n,
-        "scan": [name] * n,
-        **{axis: np.full(n, sortable(point[axis])[0]) for axis in AXES},
-        "curvature_powers": [spell_powers(point["curvature"])] * n,
-        "status": [scan.status] * n,
-    }
-    values = {
-        "cycle": scan.cycle,
-        "step": scan.step,
-        "phase": scan.phase,
-        "footpoint": scan.footpoint,
-        "x0": scan.state.x0,
-        "x1": scan.x1,
-        **state_values(scan.state),
-        "residual": scan.residual,
-    }
-    shapes = {"x": scan.x, "y": scan.y, "phi": scan.phi}
-    if failed:
-        columns |= {key: [None] for key in values}
-        columns |= {column.name: [[]] for column in SHAPE}
-    else:
-        columns |= values | {f"shape_{axis}": list(shape) for axis, shape in shapes.items()}
-        columns["shape_s"] = [scan.s] * n
-    return table_of(SCANS, columns)
 
 
 def comparison_table(name: str, compared: Mapping[str, Any], study: str) -> pa.Table:

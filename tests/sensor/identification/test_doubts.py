@@ -6,10 +6,12 @@ import pytest
 from responses import respond
 from steel import NOISE, measured, recording_of
 from steel import identified as friction_in
-from vibrissa.sensor import Whisker, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.scanning.simulation import simulate
+from vibrissa.scanning.slip import SlipLaw
+from vibrissa.scanning.stage import path
+from vibrissa.sensor import Whisker
 from vibrissa.sensor.identification.periods import Check, Grade
-from vibrissa.sensor.simulation.scanning import path, simulate
-from vibrissa.sensor.simulation.tip import SlipLaw
 
 ROD = Whisker(theta=2.0, eta=0.85)
 

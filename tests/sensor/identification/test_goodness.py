@@ -11,9 +11,9 @@ from responses import respond
 from steel import NOISE, identified
 from vibrissa import Mounting
 from vibrissa.errors import MixedColumnsError
+from vibrissa.scanning.stage import path
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.identification.goodness import Goodness
-from vibrissa.sensor.simulation.scanning import path
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
 TURNS = ["0.6"]

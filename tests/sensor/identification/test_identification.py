@@ -13,7 +13,10 @@ from responses import respond
 from steel import NOISE, ROD, SCALE, SENSOR, STIFF, TRANSDUCER, identified, measured, recording_of
 from vibrissa.errors import WrongRodError
 from vibrissa.quantities.units import Units
-from vibrissa.sensor import Whisker, scan, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.scanning.simulation import TipPhase, simulate
+from vibrissa.scanning.stage import path
+from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.recording import (
     Method,
@@ -23,7 +26,6 @@ from vibrissa.sensor.identification.recording import (
     table_of,
 )
 from vibrissa.sensor.identification.slips import Spans, load_of
-from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
 
 
 @pytest.fixture(scope="module")

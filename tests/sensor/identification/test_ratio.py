@@ -13,8 +13,10 @@ from responses import respond
 from steel import identified, recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, MixedColumnsError, RecordingError
-from vibrissa.sensor import PeriodStatus, Recording, Whisker, surfaces
-from vibrissa.sensor.simulation.scanning import path, simulate
+from vibrissa.scanning import surfaces
+from vibrissa.scanning.simulation import simulate
+from vibrissa.scanning.stage import path
+from vibrissa.sensor import PeriodStatus, Recording, Whisker
 
 # 3 mN on a steel rod of 1 mm × 100 mm, steps of 20 µm.
 NOISE = np.full(3, 0.003 / plain_elastica.FORCE)

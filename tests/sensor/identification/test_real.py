@@ -7,7 +7,8 @@ from scipy.signal import butter, sosfilt
 
 from steel import ROD, SENSOR, identified
 from vibrissa.quantities.units import Units
-from vibrissa.sensor import Whisker, scan, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.identification.ends import moving, touching
 
 MU0 = 0.3

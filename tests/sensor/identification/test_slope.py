@@ -9,10 +9,12 @@ from steel import NOISE, identified, measured, recording_of
 from validation.sensor import laboratory
 from validation.sensor.laboratory import ROWS, Said, recorded
 from vibrissa.mechanics.rod import Rod
-from vibrissa.sensor import Method, Whisker, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.scanning.simulation import simulate
+from vibrissa.scanning.stage import path
+from vibrissa.sensor import Method, Whisker
 from vibrissa.sensor.identification import fit
 from vibrissa.sensor.identification.slope import Slope
-from vibrissa.sensor.simulation.scanning import path, simulate
 
 GIVEN = {"theta": 2.0, "eta": 0.85}
 SLOPE = Slope(deviation=np.deg2rad(1.0), length=0.05)

@@ -8,7 +8,8 @@ from scipy import stats
 
 from steel import ROD, SENSOR, TRANSDUCER, identified
 from vibrissa.quantities.units import Units
-from vibrissa.sensor import Whisker, scan, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
 from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus

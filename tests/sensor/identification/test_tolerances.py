@@ -10,9 +10,11 @@ from steel import NOISE, identified, measured, recording_of, write
 from vibrissa import Mounting
 from vibrissa.cli.app import app
 from vibrissa.errors import NoResponseError
-from vibrissa.sensor import Whisker, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.scanning.simulation import simulate
+from vibrissa.scanning.stage import path
+from vibrissa.sensor import Whisker
 from vibrissa.sensor.identification.forward import set_ups
-from vibrissa.sensor.simulation.scanning import path, simulate
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
 

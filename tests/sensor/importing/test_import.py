@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 
 from vibrissa.cli.app import app
 from vibrissa.errors import VibrissaError
-from vibrissa.sensor import scan, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import scan
 from vibrissa.sensor.identification.parameters import MIXING
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.importing.importing import about_clamp, turned

@@ -7,7 +7,8 @@ from steel import Given, identified
 from vibrissa.errors import ArgumentError
 from vibrissa.quantities import series
 from vibrissa.quantities.units import SI_UNITS
-from vibrissa.sensor import Whisker, scan, surfaces
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.importing import Imported, Settings, import_recording
 from vibrissa.sensor.importing.importing import unloaded, zeros_of
 from vibrissa.sensor.transducer import CHANNELS

@@ -16,9 +16,9 @@ from scipy.special import chdtrc
 
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.scanning.heights import HIGHEST, LOWEST
 from vibrissa.sensor.identification.forward import SetUp, set_ups
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.response.heights import HIGHEST, LOWEST
 from vibrissa.sensor.whisker import Whisker
 
 # Number of Gauss-Newton steps by which u is fitted: at first, and from a similar set-up.

@@ -17,17 +17,11 @@ from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes
+from vibrissa.scanning.heights import HIGHEST, LOWEST, HeightRange, Heights, check_range
+from vibrissa.scanning.response import Response, States, responses
+from vibrissa.scanning.stage import Stage
 from vibrissa.sensor.identification.parameters import OF_ROD
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.response.branch import Response, States, responses
-from vibrissa.sensor.response.heights import (
-    HIGHEST,
-    LOWEST,
-    HeightRange,
-    Heights,
-    Stage,
-    check_range,
-)
 from vibrissa.sensor.whisker import Whisker
 
 # Number of heights in each part of the range of heights. Width of the widest part, and margin at
@@ -230,10 +224,9 @@ def _part(heights: FloatArray, branches: list[Response]) -> Heights:
     """Interpolate responses between a few heights."""
     low, high = float(heights[0]), float(heights[-1])
     for choose in (lambda branch: branch.bounds, _without_lock, _up_to_lock):
-        some = tuple(replace(branch, bounds=choose(branch)) for branch in branches)
-        found = Heights(low=low, high=high, branches=some)
-        if len({len(branch.bounds) for branch in some}) == 1 and found.finite:
-            return found
+        bounds = [choose(branch) for branch in branches]
+        if len({len(marks) for marks in bounds}) == 1:
+            return Heights(low=low, high=high, branches=tuple(branches), bounds=np.array(bounds))
     raise NoResponseError(
         f"the kind of contact changes between the heights {low:.6g} and {high:.6g} (units of L)"
     )

@@ -13,7 +13,8 @@ from vibrissa.errors import (
     RecordingError,
     WrongRodError,
 )
-from vibrissa.quantities.units import Units, chosen
+from vibrissa.outcomes import chosen
+from vibrissa.quantities.units import Units
 from vibrissa.sensor.identification.mixing import check_columns, nearest_states
 from vibrissa.sensor.identification.model import read_model, unfitted
 from vibrissa.sensor.identification.parameters import BEARING

@@ -8,9 +8,9 @@ from scipy.spatial import KDTree
 
 from vibrissa.errors import MixedColumnsError
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.scanning.heights import check_range
 from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.response.heights import check_range
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 

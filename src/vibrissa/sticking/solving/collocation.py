@@ -150,7 +150,10 @@ def _solved(
         some = branches, begun.states.take(known), [mountings[row] for row in rows]
         found = _curves(*some, model, section, closeness, retract)
         curves |= zip(rows.tolist(), found, strict=True)
-    return [replace(curves[row], mounting=mountings[row]) for row in range(len(eta))]
+    return [
+        replace(curves[row], mounting=mountings[row], contact_model=model)
+        for row in range(len(eta))
+    ]
 
 
 def _curves(

@@ -8,7 +8,7 @@ import numpy as np
 from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.stability import stability
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import (
     chebyshev_derivative,
@@ -19,6 +19,7 @@ from vibrissa.numerics.spectral import (
 )
 from vibrissa.sticking.assembly import ShapeLimits
 from vibrissa.sticking.piece import NO_PIECES, STATES, Pieces, StickingState, rounded_contact
+from vibrissa.sticking.shapes import ShapesAlongPiece
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.refinement import PathStates, Resolved
 
@@ -121,8 +122,28 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
     )
     stop = parts.start + parts.length
     return Pieces(
-        line=parts.line, by_x0=parts.by_x0, start=parts.start, stop=stop, states=states
+        line=parts.line,
+        by_x0=parts.by_x0,
+        start=parts.start,
+        stop=stop,
+        states=states,
+        shapes=_shapes(found.path, side),
     ).copy()
+
+
+def _shapes(path: PathStates, side: FloatArray) -> ObjectArray:
+    """Shapes along each part; the parameter of a retracted part changes its sign."""
+    parts = path.parts
+    shapes = np.empty(len(parts), dtype=object)
+    for row, sign in enumerate(side[parts.branch]):
+        shapes[row] = ShapesAlongPiece(
+            rod=parts.rods[row],
+            unknowns=path.unknowns[row].copy(),
+            line=bool(parts.line[row]),
+            first=float(sign * parts.start[row]),
+            last=float(sign * (parts.start[row] + parts.length[row])),
+        )
+    return shapes
 
 
 def _level(phi1: FloatArray) -> FloatArray:

@@ -268,6 +268,7 @@ def _smooth_piece(known: StickingState) -> Pieces:
         start=np.zeros(1),
         stop=stop,
         states=replace(smooth, stability=unknown, stability_aside=unknown),
+        shapes=np.full(1, None),
     )
 
 

@@ -7,8 +7,8 @@ import pytest
 
 import independent_scan
 from responses import respond
-from vibrissa.sensor import surfaces
-from vibrissa.sensor.simulation.scanning import simulate
+from vibrissa.scanning import surfaces
+from vibrissa.scanning.simulation import simulate
 
 # θ, η; φ1 and force near those at α = 0; a range of x0 from beyond the end of pulling to beyond
 # the lock.

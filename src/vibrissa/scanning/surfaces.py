@@ -2,15 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.quantities import series
-from vibrissa.quantities.units import Kind, Quantity, Units
+from vibrissa.scanning.rods import in_rod_lengths
 
 # Number of cosines in a random surface, enough for a nearly normal distribution of its friction.
 COSINES = 256
@@ -28,11 +26,12 @@ class Surface:
         Maps positions (L) to coefficients of static friction.
     start, stop : float
         Ends of the known part (L).
-    units : Units
-        Units of positions in messages.
+    spell : callable
+        Formats positions (L) for messages.
     edges : ndarray, shape (n,)
-        Positions of jumps and kinks of μ0 (L); between them μ0 has no feature
-        that is shorter than 1e-4 L.
+        Positions of jumps and kinks of μ0 (L).
+    feature : float
+        Shortest length over which μ0 changes between two edges (L); infinite if μ0 is linear there.
     """
 
     name: str
@@ -40,11 +39,8 @@ class Surface:
     start: float = -np.inf
     stop: float = np.inf
     edges: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
-    units: Units = field(default_factory=Units, repr=False)
-
-    def told(self, x: float) -> str:
-        """Format a position (L) in the user's units."""
-        return self.units.spelled(x, Kind.LENGTH)
+    feature: float = field(default=1e-4, repr=False)
+    spell: Callable[[float], str] = field(default=in_rod_lengths, repr=False)
 
     def __call__(self, x: FloatArray | float) -> FloatArray:
         """Look up the static friction at positions on the surface (L).
@@ -58,17 +54,17 @@ class Surface:
         outside = ~((x >= self.start) & (x <= self.stop))
         if outside.any():
             raise ArgumentError(
-                f"the {self.name} surface is known from x = {self.told(self.start)} to "
-                f"{self.told(self.stop)}, but the tip touches it at "
-                f"x = {self.told(float(x[outside].ravel()[0]))}: extend it to there or, if the tip "
-                "does not start there, shorten the path"
+                f"the {self.name} surface is known from x = {self.spell(self.start)} to "
+                f"{self.spell(self.stop)}, but the tip touches it at "
+                f"x = {self.spell(float(x[outside].ravel()[0]))}: extend it to there or, if the "
+                "tip does not start there, shorten the path"
             )
         mu0 = np.asarray(self.mu0(x), dtype=float)
         bad = ~(np.isfinite(mu0) & (mu0 > 0.0))
         if bad.any():
             where = float(np.broadcast_to(x, mu0.shape)[bad].ravel()[0])
             raise ArgumentError(
-                f"mu0 must be positive everywhere; it is not at x = {self.told(where)}"
+                f"mu0 must be positive everywhere; it is not at x = {self.spell(where)}"
             )
         return mu0
 
@@ -81,7 +77,7 @@ def constant(mu0: float) -> Surface:
     >>> print(constant(0.3)(np.array([0.0, 1.0])))
     [0.3 0.3]
     """
-    return Surface(name="constant", mu0=lambda x: np.full(np.shape(x), float(mu0)))
+    return Surface(name="constant", mu0=lambda x: np.full(np.shape(x), float(mu0)), feature=np.inf)
 
 
 def patches(starts: ArrayLike, mu0: ArrayLike) -> Surface:
@@ -102,6 +98,7 @@ def patches(starts: ArrayLike, mu0: ArrayLike) -> Surface:
         name="patched",
         mu0=lambda x: values[np.searchsorted(edges[1:], x, side="right")],
         edges=edges[1:],
+        feature=np.inf,
     )
 
 
@@ -125,6 +122,7 @@ def profile(x: ArrayLike, mu0: ArrayLike) -> Surface:
         start=float(at[0]),
         stop=float(at[-1]),
         edges=at,
+        feature=np.inf,
     )
 
 
@@ -171,69 +169,5 @@ def random(
         waves = np.cos(np.asarray(x)[..., None] * wave + phase).sum(axis=-1)
         return np.maximum(least, mean + size * waves)
 
-    return Surface(name="random", mu0=mu0)
-
-
-def read_surface(
-    units: Units,
-    *,
-    mu0: Quantity | None = None,
-    patches: str | None = None,
-    profile: Path | None = None,
-    texture: str | None = None,
-    seed: int = 0,
-) -> Surface:
-    """Read a surface from exactly one of mu0, patches, profile and texture.
-
-    Parameters
-    ----------
-    patches : str, optional
-        Start and friction of each patch: ``"0 mm: 0.3, 50 mm: 0.4"``.
-    profile : Path, optional
-        Table with the columns ``x`` and ``mu0``.
-    texture : str, optional
-        Mean, standard deviation and correlation length of a random surface: ``"0.3, 0.04, 2 mm"``.
-
-    Raises
-    ------
-    ArgumentError
-        If there is not exactly one description, or an argument is out of range.
-    RecordingError
-        If the table cannot be read.
-    """
-    if sum(given is not None for given in (mu0, patches, profile, texture)) != 1:
-        raise ArgumentError(
-            "describe the surface by exactly one of mu0, patches, profile and texture"
-        )
-    if mu0 is not None:
-        return constant(float(units.read_positive(mu0, Kind.NUMBER, "mu0")))
-    if patches is not None:
-        return _read_patches(patches, units)
-    if profile is not None:
-        return _read_profile(profile, units)
-    return _read_texture(texture or "", seed, units)
-
-
-def _read_patches(text: str, units: Units) -> Surface:
-    pairs = [part.partition(":") for part in text.split(",")]
-    starts = [float(units.read(start, Kind.LENGTH, "start of a patch")) for start, *_ in pairs]
-    mu0 = [float(units.read_positive(one, Kind.NUMBER, "mu0 of a patch")) for *_, one in pairs]
-    return patches(starts, mu0)
-
-
-def _read_profile(path: Path, units: Units) -> Surface:
-    table = series.read(path, ["x", "mu0"])
-    missing = np.isnan(table.columns["x"] + table.columns["mu0"])
-    if missing.any():
-        raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or mu0 is missing")
-    factor = units.column_factor(table.units.get("x", "L"), Kind.LENGTH, f"{path}: x")
-    return profile(table.columns["x"] * factor, table.columns["mu0"])
-
-
-def _read_texture(text: str, seed: int, units: Units) -> Surface:
-    parts = text.split(",")
-    if len(parts) != 3:
-        raise ArgumentError(f"texture needs 'mean, deviation, correlation length', got {text!r}")
-    mean, deviation = (float(units.read(part, Kind.NUMBER, "texture")) for part in parts[:2])
-    correlation = float(units.read(parts[2], Kind.LENGTH, "correlation length of the texture"))
-    return random(seed, mean, deviation, correlation)
+    # The shortest of the waves is some four times as long.
+    return Surface(name="random", mu0=mu0, feature=0.05 * correlation)

@@ -12,9 +12,11 @@ from steel import identified
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor import SlipLaw, Whisker, scan, surfaces
-from vibrissa.sensor.response.heights import EXACT, Stage, respond_over
-from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, path, simulate
+from vibrissa.scanning import SlipLaw, surfaces
+from vibrissa.scanning.heights import EXACT, respond_over
+from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
+from vibrissa.scanning.stage import Stage, path
+from vibrissa.sensor import Whisker, scan
 
 THETA, ETA, MU0 = 2.0, 0.85, 0.3
 # φ1 and force of the first state, with which shooting begins.
@@ -67,9 +69,9 @@ def compared(angle, law, ratio, step, to):
 def test_free_slips_are_the_cycles_of_a_study(angle):
     curve = solve_curve(THETA, ETA, mounting=Mounting(stage_angle=angle))
     study = stick_slip(curve, MU0, Decimal("0.004"), cycles=3)
-    _, found = simulated(angle, MU0, "0.004", [str(study.footpoint[-1])])
-    assert found.phase.tolist() == [phase.value for phase in study.phase]
-    assert found.contact == pytest.approx(study.x1, abs=1e-12)
+    _, found = simulated(angle, MU0, "0.004", [str(study.clamp[-1])])
+    assert found.phase.tolist() == study.phase.tolist()
+    assert found.contact == pytest.approx(study.contact, abs=1e-12)
     assert found.reactions[:, 0] == pytest.approx(study.state.reaction_fx, abs=1e-8)
     assert found.reactions[:, 2] == pytest.approx(study.state.reaction_m, abs=1e-8)
 

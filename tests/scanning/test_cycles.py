@@ -24,21 +24,22 @@ def scan(curve):
 
 def test_one_row_for_each_footpoint_position(scan):
     # x0_slip = 0.0528: 13 sticking steps of 0.004, the slip at the 14th.
-    assert len(scan.footpoint) == 3 * 14 + 1
-    assert scan.footpoint == pytest.approx(0.004 * np.arange(43), abs=1e-15)
+    assert len(scan.clamp) == 3 * 14 + 1
+    assert scan.clamp == pytest.approx(0.004 * np.arange(43), abs=1e-15)
     assert scan.cycle.tolist() == [1] * 15 + [2] * 14 + [3] * 14
     assert scan.step.tolist() == [0, *range(1, 15), *range(1, 15), *range(1, 15)]
     assert [i for i, phase in enumerate(scan.phase) if phase == "slip"] == [14, 28, 42]
 
 
 def test_shapes_run_from_clamp_to_contact_point(scan):
-    assert scan.x[:, 0] == pytest.approx(scan.footpoint, abs=1e-15)
-    assert scan.x[:, -1] == pytest.approx(scan.x1, abs=1e-10)
-    assert scan.y[:, -1] == pytest.approx(0.85, abs=1e-10)
-    assert scan.phi[:, 0] == pytest.approx(np.pi / 2)
-    assert scan.phi[:, -1] == pytest.approx(scan.state.phi1, abs=1e-9)
-    assert scan.residual.max() < 1e-10
-    length = np.hypot(np.diff(scan.x), np.diff(scan.y)).sum(axis=1)
+    shapes = scan.shapes()
+    assert shapes.x[:, 0] == pytest.approx(scan.clamp, abs=1e-15)
+    assert shapes.x[:, -1] == pytest.approx(scan.contact, abs=1e-12)
+    assert shapes.y[:, -1] == pytest.approx(0.85, abs=1e-12)
+    assert shapes.phi[:, 0] == pytest.approx(np.pi / 2)
+    assert shapes.phi[:, -1] == pytest.approx(scan.state.phi1, abs=1e-11)
+    assert shapes.residual.max() < 1e-12
+    length = np.hypot(np.diff(shapes.x), np.diff(shapes.y)).sum(axis=1)
     assert length == pytest.approx(1.0, abs=2e-4)  # 50 chords
 
 
@@ -46,11 +47,11 @@ def test_locked_scan_of_a_planar_rod_is_one_period_on_past_the_lock():
     curve = solve_curve(2.0, 0.85, section="planar")
     scan = stick_slip(curve, D("0.5"), D("0.01"), cycles=9)
     assert scan.status is Status.LOCK
-    assert set(scan.phase) == {"stick"} and set(scan.cycle) == {1}
+    assert set(scan.phase) == {"stick", "lock"} and set(scan.cycle) == {1}
     (end,), ended = curve.motion_end(0.5)
     assert end is End.SNAPS
-    assert curve.x0_lock < ended.x0[0] - 0.01 < scan.footpoint[-1] <= ended.x0[0]
-    assert scan.residual.max() < 1e-9
+    assert curve.x0_lock < ended.x0[0] - 0.01 < scan.clamp[-1] <= ended.x0[0]
+    assert scan.shapes().residual.max() < 1e-11
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +66,7 @@ def test_a_round_rod_that_locks_swings_aside_and_is_dragged(flipped):
     slips = [i for i, phase in enumerate(scan.phase) if phase == "slip"]
     trail = float(curve.trailing_end(0.9).x0[0])
     # The trailing tip slips at the first step past the last sticking state.
-    assert scan.footpoint[slips[0]] - 0.004 <= trail < scan.footpoint[slips[0]]
+    assert scan.clamp[slips[0]] - 0.004 <= trail < scan.clamp[slips[0]]
     period = int((trail - 2 * curve.x1_init) / 0.004) + 1
     assert np.diff(slips).tolist() == [period, period]
     assert scan.status is Status.LOCK and scan.cycle[-1] == 3
@@ -75,14 +76,14 @@ def test_a_round_rod_that_locks_swings_aside_and_is_dragged(flipped):
 @pytest.mark.slow
 def test_a_rod_that_has_swung_aside_is_in_equilibrium_with_its_mirrored_loads(flipped):
     _, scan = flipped
-    behind = scan.x1 < scan.footpoint
+    behind = scan.contact < scan.clamp
     assert behind.any() and not behind.all()
-    # Each shape is integrated from the clamp, and ends at the contact point under the force.
-    assert scan.residual.max() < 1e-9
-    assert scan.x[:, -1] == pytest.approx(scan.x1, abs=1e-9)
-    assert scan.phi[:, 0] == pytest.approx(np.pi / 2, abs=1e-12)
-    assert scan.phi[:, -1] == pytest.approx(scan.state.phi1, abs=1e-8)
-    state, arm = scan.state, (scan.x1 - scan.footpoint)
+    shapes = scan.shapes()
+    assert shapes.residual.max() < 1e-11
+    assert shapes.x[:, -1] == pytest.approx(scan.contact, abs=1e-11)
+    assert shapes.phi[:, 0] == pytest.approx(np.pi / 2, abs=1e-12)
+    assert shapes.phi[:, -1] == pytest.approx(scan.state.phi1, abs=1e-10)
+    state, arm = scan.state, (scan.contact - scan.clamp)
     moment = state.reaction_fx * 0.6 - state.reaction_fy * arm
     assert -moment == pytest.approx(state.reaction_m, abs=1e-9)
     assert (np.abs(np.tan(state.alpha)) <= 0.9).all() and (state.stability_aside > 0).all()
@@ -90,13 +91,14 @@ def test_a_rod_that_has_swung_aside_is_in_equilibrium_with_its_mirrored_loads(fl
 
 def test_a_scan_says_why_it_has_fewer_cycles():
     planar = stick_slip(solve_curve(2.0, 0.85, section="planar"), 0.6, 0.2, 3)
-    assert planar.cycle.max() == 1 and "0.85 (in units of L): lock" in planar.message
+    assert planar.cycle.max() == 1 and "the tip locks at x = 0.417" in planar.message
+    assert planar.status is Status.LOCK
     assert not stick_slip(solve_curve(2.0, 0.85), 0.3, 0.01, 2).message
 
 
 def test_step_longer_than_the_period_slips_every_time(curve):
     scan = stick_slip(curve, D("0.1"), D("0.01"), cycles=2)
-    assert scan.phase == ["stick", "slip", "slip"]
+    assert scan.phase.tolist() == ["stick", "slip", "slip"]
     assert scan.cycle.tolist() == [1, 1, 2]
 
 
@@ -104,21 +106,29 @@ def test_failed_curve_gives_an_empty_failed_scan():
     failed = failed_curve(theta=1.0, eta=0.5, method="collocation", message="why")
     scan = stick_slip(failed, D("0.3"), D("0.01"), 2)
     assert scan.status is Status.FAILED
-    assert len(scan.step) == 0 and scan.x.shape == (0, 101)
+    assert len(scan.step) == len(scan.state) == len(scan.reactions) == 0
+    assert scan.shapes().x.shape == (0, 101) and scan.message == "why"
 
 
 @pytest.mark.parametrize(
     ("argument", "value"),
-    [("cycles", 0), ("cycles", 1.5), ("shape_points", 1), ("mu0", -0.1), ("dx0", np.nan)],
+    [("cycles", 0), ("cycles", 1.5), ("mu0", -0.1), ("dx0", np.nan), ("kinetic_ratio", 0.0)],
 )
 def test_impossible_arguments_are_refused(curve, argument, value):
-    arguments = {"mu0": 0.3, "dx0": 0.01, "cycles": 1, "shape_points": 5, argument: value}
+    arguments = {"mu0": 0.3, "dx0": 0.01, "cycles": 1, argument: value}
     with pytest.raises(ValueError, match=argument):
         stick_slip(curve, **arguments)
 
 
+@pytest.mark.parametrize("points", [1, 2.5])
+def test_a_shape_has_two_points_and_more(scan, points):
+    with pytest.raises(ValueError, match="points must be a whole number, at least 2"):
+        scan.shapes(points)
+
+
 def test_a_shape_of_two_points_has_both_ends(curve):
-    few, many = (stick_slip(curve, D("0.3"), D("0.01"), cycles=1, shape_points=n) for n in (2, 5))
-    assert few.x.shape == (len(few.step), 2)
+    scan = stick_slip(curve, D("0.3"), D("0.01"), cycles=1)
+    few, many = scan.shapes(2), scan.shapes(5)
+    assert few.x.shape == (len(scan), 2)
     for name in ("x", "y"):
         assert getattr(few, name) == pytest.approx(getattr(many, name)[:, [0, -1]], abs=1e-15)

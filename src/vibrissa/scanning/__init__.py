@@ -1,0 +1,33 @@
+"""Scans: the clamp moves over a surface in steps, and the tip sticks and slips.
+
+The public names are imported when first used.
+"""
+
+from typing import TYPE_CHECKING
+
+from vibrissa.lazy import attached
+
+if TYPE_CHECKING:
+    from vibrissa.scanning import surfaces as surfaces
+    from vibrissa.scanning.cycles import stick_slip as stick_slip
+    from vibrissa.scanning.rods import MountedRod as MountedRod
+    from vibrissa.scanning.simulation import Outcome as Outcome
+    from vibrissa.scanning.simulation import Scan as Scan
+    from vibrissa.scanning.simulation import simulate as simulate
+    from vibrissa.scanning.slip import SlipLaw as SlipLaw
+    from vibrissa.scanning.stage import path as path
+    from vibrissa.scanning.stage import stage_of as stage_of
+    from vibrissa.scanning.surfaces import Surface as Surface
+
+__getattr__, __all__ = attached(
+    __name__,
+    {
+        "cycles": "stick_slip",
+        "rods": "MountedRod",
+        "simulation": "Outcome Scan simulate",
+        "slip": "SlipLaw",
+        "stage": "path stage_of",
+        # Last, as the reference documents the members of a module where it is listed.
+        "surfaces": "Surface surfaces",
+    },
+)

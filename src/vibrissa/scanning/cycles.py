@@ -1,0 +1,115 @@
+"""Stick-slip cycles on a plane: the clamp moves on until the tip has slipped a number of times.
+
+This is the scan of the paper, whose slips end at α = 0; other laws of slip may be chosen.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from decimal import Decimal
+
+import numpy as np
+
+from vibrissa.decimals import exact
+from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.steps import step_position
+from vibrissa.scanning.response import Response
+from vibrissa.scanning.rods import MountedRod
+from vibrissa.scanning.simulation import Outcome, Scan, simulate
+from vibrissa.scanning.slip import SlipLaw
+from vibrissa.scanning.stage import MOST_STEPS, Stage, stage_of
+from vibrissa.scanning.surfaces import Surface, constant
+from vibrissa.sticking.api import check_surface
+from vibrissa.sticking.curve import StickingCurve
+
+
+def stick_slip(
+    curve: StickingCurve,
+    mu0: Decimal | float,
+    dx0: Decimal | float,
+    cycles: int,
+    law: SlipLaw | str = SlipLaw.FREE,
+    kinetic_ratio: float = 0.8,
+) -> Scan:
+    """Move the clamp in steps of Δx0 (L) until the tip has slipped a number of times.
+
+    Parameters
+    ----------
+    curve : StickingCurve
+        Sticking curve of the rod at its first height.
+    mu0, dx0 : Decimal or float
+        Coefficient of static friction, and step of the clamp (L).
+    cycles : int
+        Number of stick-slip cycles.
+    law, kinetic_ratio
+        As in `vibrissa.scanning.simulation.simulate`.
+
+    Returns
+    -------
+    Scan
+        One row for each step of the clamp: the α = 0 state, then for each cycle its sticking states
+        and the state after its slip. Without rows if the curve has no states.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> from vibrissa import solve_curve
+    >>> scan = stick_slip(solve_curve(theta=2, eta=0.85), mu0=0.3, dx0=0.01, cycles=2)
+    >>> print(scan.clamp)
+    [0.   0.01 0.02 0.03 0.04 0.05 0.06]
+    >>> print(scan.contact.round(4))
+    [0.4173 0.4173 0.4173 0.4473 0.4473 0.4473 0.4773]
+    """
+    if not isinstance(cycles, int | np.integer) or cycles < 1:
+        raise ArgumentError(f"cycles must be a whole number, at least 1, got {cycles!r}")
+    check_surface(mu0, dx0)
+    if not curve.pieces:
+        return Scan.without_rows(Outcome(curve.status), curve.message)
+    rod = MountedRod.of(curve)
+
+    def stage(positions: FloatArray) -> Stage:
+        if rod.mounting.stage_angle:
+            return stage_of(rod, positions)
+        return Stage(rod=Response(curve=curve), eta=curve.eta)
+
+    return until_slips(stage, constant(float(mu0)), exact(dx0), cycles, law, kinetic_ratio)
+
+
+def until_slips(
+    stage: Callable[[FloatArray], Stage],
+    surface: Surface,
+    dx0: Decimal,
+    slips: int,
+    law: SlipLaw | str,
+    kinetic_ratio: float,
+) -> Scan:
+    """Move the clamp forward in steps of Δx0 (L) until the tip has slipped a number of times.
+
+    The path is made twice as long until it suffices. It ends where the stage takes the rod to
+    heights at which its states are not known.
+
+    Parameters
+    ----------
+    stage : callable
+        Makes the stage for given clamp positions (L), as `stage_of` does.
+    """
+    enough, refused = 0, 0
+    found, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
+    while refused != enough + 1:
+        steps = (enough + refused) // 2 if refused else max(2 * enough, slips)
+        positions = step_position(np.arange(steps + 1), dx0)
+        try:
+            found = simulate(stage(positions), surface, positions, law, kinetic_ratio, slips)
+        except NoResponseError as error:
+            refused, reason = steps, str(error)
+            continue
+        if len(found) <= steps or found.slips == slips:
+            return found
+        enough = steps
+        if enough > MOST_STEPS:
+            raise ArgumentError(f"dx0 is too small: a scan has {MOST_STEPS:,} steps at most")
+    return replace(found, outcome=Outcome.OUT_OF_REACH, message=reason)

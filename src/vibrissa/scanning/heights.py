@@ -1,0 +1,402 @@
+"""The response of one rod at any height η of a range, interpolated from a few heights.
+
+The range is divided into parts. Landmarks (end of pulling, kinks, α = 0, lock, end of pushing)
+divide x0 into smooth stretches. In each part of the range, a quantity at a given fraction of a
+stretch is a polynomial in η, whose coefficients are splines of the fraction.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+
+from vibrissa.errors import NoResponseError
+from vibrissa.mechanics.equations import OFFSET, ClosingCondition, shape
+from vibrissa.mechanics.newton import solve
+from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.outcomes import RodSection
+from vibrissa.scanning.response import LOADS, Response, States, responses
+from vibrissa.scanning.rods import MountedRod
+from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.shapes import Shapes
+
+# Number of heights at which the rod is solved in a part.
+NODES = 9
+# Number of knots on a stretch, and the knots as parts of it; the error of a spline is about 1e-9.
+KNOTS = 641
+FRACTIONS = np.linspace(0.0, 1.0, KNOTS)
+# Largest error of interpolated reactions, as a part of the largest reaction, and the error of an
+# end of sticking that follows from it (L).
+EXACT = 1e-8
+# Widest and narrowest part of a range, and the least and the largest height (L).
+WIDEST, NARROWEST = 0.05, 2e-4
+LOWEST, HIGHEST = 0.02, 0.9999
+# Number of parts of ranges of heights that are kept, a few megabytes each.
+KEPT_PARTS = 32
+# Columns of a state that are interpolated; x0 is known.
+COLUMNS = tuple(name for name in StickingState.names() if name != "x0")
+
+
+class Landmarks(NamedTuple):
+    """Displacements and contact point at n heights (L); see `States`."""
+
+    x0_pull: FloatArray
+    x0_lock: FloatArray
+    x0_end: FloatArray
+    x1_init: FloatArray
+
+
+class _Place(NamedTuple):
+    """Stretches on which displacements lie, fractions of them, growth of the fractions (1/L)."""
+
+    stretch: IntArray
+    fraction: FloatArray
+    growth: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Heights:
+    """States of one rod at all heights in one part of a range.
+
+    Attributes
+    ----------
+    low, high : float
+        Least and largest height of the part (L).
+    branches : tuple of Response
+        Responses at the Chebyshev points of the part.
+    bounds : ndarray, shape (heights, stretches + 1)
+        Landmarks of each response, between which its states are smooth (L): the same kinds of
+        landmarks in the same order.
+    """
+
+    low: float
+    high: float
+    branches: tuple[Response, ...]
+    bounds: FloatArray
+
+    @cached_property
+    def _over_heights(self) -> FloatArray:
+        """Chebyshev coefficients over η of the bounds, of the lock and of x1_init."""
+        marks = [(branch.x0_lock, branch.x1_init) for branch in self.branches]
+        return np.asarray(
+            chebyshev_transform(len(marks)) @ np.concatenate([self.bounds, marks], axis=1)
+        )
+
+    @cached_property
+    def _reactions(self) -> list[CubicSpline]:
+        """For each stretch, a spline of the Chebyshev coefficients of the reactions along it."""
+        return self._splined(
+            [
+                branch(_knots(bounds))
+                for branch, bounds in zip(self.branches, self.bounds, strict=True)
+            ]
+        )
+
+    @cached_property
+    def _states(self) -> list[CubicSpline]:
+        """For each stretch, a spline of the Chebyshev coefficients of all columns of the states."""
+        tabulated = []
+        for branch, bounds in zip(self.branches, self.bounds, strict=True):
+            knots = _knots(bounds)
+            states = branch.state(branch.clip(knots.ravel()))
+            columns = np.stack([getattr(states, name) for name in COLUMNS], axis=-1)
+            tabulated.append(np.nan_to_num(columns).reshape(*knots.shape, len(COLUMNS)))
+        return self._splined(tabulated)
+
+    def _splined(self, tabulated: Sequence[FloatArray]) -> list[CubicSpline]:
+        """Spline columns over each stretch; their shape at a height is (stretches, KNOTS, c)."""
+        transform = chebyshev_transform(len(self.branches))
+        over_heights = np.tensordot(transform, np.array(tabulated), axes=1)
+        return [
+            CubicSpline(FRACTIONS, np.moveaxis(one, 1, 0))
+            for one in np.moveaxis(over_heights, 1, 0)
+        ]
+
+    def _polynomials(self, eta: FloatArray) -> FloatArray:
+        """Chebyshev polynomials at heights, shape (n, heights)."""
+        position = (2.0 * eta - self.low - self.high) / (self.high - self.low)
+        return np.asarray(chebvander(position, len(self.branches) - 1))
+
+    def bounds_at(self, eta: FloatArray) -> FloatArray:
+        """Landmarks between which the states are smooth (L), a row for each height."""
+        return np.asarray(self._polynomials(eta) @ self._over_heights[:, :-2])
+
+    def landmarks(self, eta: FloatArray) -> Landmarks:
+        """Return the landmarks at heights, shape (n,) each."""
+        marks = (self._polynomials(eta) @ self._over_heights).T
+        return Landmarks(x0_pull=marks[0], x0_lock=marks[-2], x0_end=marks[-3], x1_init=marks[-1])
+
+    def reactions(self, x0: FloatArray, eta: FloatArray, order: int = 0) -> FloatArray:
+        """Return fx, fy and m, or their derivatives with respect to x0, shape (n, 3).
+
+        Parameters
+        ----------
+        x0, eta : ndarray, shape (n,)
+            Displacement and height of each state (L).
+        order : int
+            0 for the reactions, 1 for their derivatives; the formula holds for no higher order.
+        """
+        place = self._place(x0, eta)
+        found = self._interpolated(self._reactions, place, eta, order)
+        return found * place.growth[:, None] ** order
+
+    def states(self, x0: FloatArray, eta: FloatArray) -> FloatArray:
+        """Return the columns `COLUMNS` of states at displacements and heights (L)."""
+        found = self._interpolated(self._states, self._place(x0, eta), eta, 0)
+        if self.branches[0].curve.section is RodSection.PLANAR:
+            found[:, COLUMNS.index("stability_aside")] = np.nan
+        return found
+
+    def shapes(self, x0: FloatArray, offset: FloatArray, eta: FloatArray, s: FloatArray) -> Shapes:
+        """Solve shapes at displacements and heights; NaN where a state is not found.
+
+        The guesses are states at the nearest height at which the rod was solved.
+
+        Parameters
+        ----------
+        offset : ndarray, shape (n,)
+            Distance of the tip ahead of the clamp (L).
+        s : ndarray, shape (points,)
+            Arc lengths between 0 and 1, increasing (L).
+        """
+        place, found = self._place(x0, eta), np.full((3, len(x0), len(s)), np.nan)
+        heights = np.array([branch.curve.eta for branch in self.branches])
+        nearest = np.abs(eta[:, None] - heights).argmin(axis=1)
+        for number in np.unique(nearest):
+            rows, branch = np.flatnonzero(nearest == number), self.branches[number]
+            bounds = self.bounds[number]
+            begin, fraction = bounds[place.stretch[rows]], place.fraction[rows]
+            last = place.stretch[rows] == len(bounds) - 2
+            fraction = np.where(last, 1.0 - (1.0 - fraction) ** 2, fraction)
+            near = begin + fraction * (bounds[place.stretch[rows] + 1] - begin)
+            for some in branch.curve.rod_states(branch.clip(near)):
+                at = rows[some.rows]
+                closing = ClosingCondition.prescribing(eta[at], {OFFSET: 1.0}, offset[at])
+                solved = solve(some.states, closing)
+                found[:, at] = np.where(solved.converged[:, None], shape(solved.states, s), np.nan)
+        return Shapes(*found)
+
+    def _place(self, x0: FloatArray, eta: FloatArray) -> _Place:
+        bounds, rows = self.bounds_at(eta), np.arange(len(x0))
+        stretch = (x0[:, None] >= bounds[:, 1:-1]).sum(axis=1)
+        width = bounds[rows, stretch + 1] - bounds[rows, stretch]
+        fraction = np.clip((x0 - bounds[rows, stretch]) / width, 0.0, 1.0)
+        last, growth = stretch == bounds.shape[1] - 2, 1.0 / width
+        # Near a limit point the last stretch is graded: see `_knots`.
+        fraction[last] = 1.0 - np.sqrt(1.0 - fraction[last])
+        growth[last] /= 2.0 * np.maximum(1.0 - fraction[last], np.finfo(float).eps)
+        return _Place(stretch=stretch, fraction=fraction, growth=growth)
+
+    def _interpolated(
+        self, splines: Sequence[CubicSpline], place: _Place, eta: FloatArray, order: int
+    ) -> FloatArray:
+        polynomials = self._polynomials(eta)
+        found = np.empty((len(eta), splines[0].c.shape[-1]))
+        for number, spline in enumerate(splines):
+            on = place.stretch == number
+            coefficients = spline(place.fraction[on], order)
+            found[on] = np.einsum("nk,nkc->nc", polynomials[on], coefficients)
+        return found
+
+
+def _knots(bounds: FloatArray) -> FloatArray:
+    """Knots on each stretch (L), shape (stretches, KNOTS).
+
+    On the last stretch they are close together near its end, which may be a limit point.
+    """
+    fractions = np.tile(FRACTIONS, (len(bounds) - 1, 1))
+    fractions[-1] = 1.0 - (1.0 - FRACTIONS) ** 2
+    x0 = bounds[:-1, None] + np.diff(bounds)[:, None] * fractions
+    x0[:, -1] = bounds[1:]
+    return np.asarray(x0)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HeightRange:
+    """States of one rod over a range of heights, which is divided into parts.
+
+    Attributes
+    ----------
+    parts : tuple of Heights
+        Parts from low to high; each begins where the part below it ends.
+    """
+
+    parts: tuple[Heights, ...]
+
+    @property
+    def swings(self) -> bool:
+        """Whether the tip is dragged behind the clamp after lateral buckling; see `Response`."""
+        return all(part.branches[0].swings for part in self.parts)
+
+    @property
+    def x0_touch(self) -> float:
+        """Least x0 (L) with φ1 = 0 at one of the solved heights; infinite if there is none."""
+        touches = [one.curve.x0_touch for part in self.parts for one in part.branches]
+        return min(filter(np.isfinite, touches), default=np.inf)
+
+    def part_of(self, eta: ArrayLike) -> IntArray:
+        """Find the number of the part in which each height lies."""
+        inner = [part.low for part in self.parts[1:]]
+        return np.asarray(np.searchsorted(inner, eta, side="right"))
+
+    def states(self, eta: ArrayLike) -> "HeightStates":
+        """Return the rod's states at these heights; heights outside the range are clipped to it."""
+        eta = np.clip(eta, self.parts[0].low, self.parts[-1].high)
+        part_of, flat = self.part_of(eta).ravel(), eta.ravel()
+        found = np.empty((len(Landmarks._fields), len(flat)))
+        for number, part in enumerate(self.parts):
+            on = part_of == number
+            found[:, on] = part.landmarks(flat[on])
+        marks = Landmarks(*found.reshape(len(found), *eta.shape))
+        return HeightStates(heights=self, eta=eta, **marks._asdict())
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HeightStates(States):
+    """Sticking states of a rod, with a height for each displacement, or one height for all.
+
+    Attributes
+    ----------
+    eta : ndarray
+        Heights (L).
+    x0_pull, x0_lock, x0_end, x1_init : ndarray
+        As in `States`, at these heights (L).
+    """
+
+    heights: HeightRange
+    eta: FloatArray
+    x0_pull: FloatArray
+    x0_lock: FloatArray
+    x0_end: FloatArray
+    x1_init: FloatArray
+    accuracy: float = EXACT
+
+    @property
+    def bounds(self) -> FloatArray:
+        """Landmarks (L) at the only height in `eta`; the reactions are smooth between them."""
+        part = self.heights.parts[int(self.heights.part_of(self.eta))]
+        return part.bounds_at(np.atleast_1d(self.eta))[0]
+
+    def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
+        """See `States`; `order` is 0 or 1."""
+        x0, heights = np.broadcast_arrays(np.asarray(x0, dtype=float), self.eta)
+        flat, eta = x0.ravel(), heights.ravel()
+        found, part_of = np.empty((len(flat), len(LOADS))), self.heights.part_of(eta)
+        for number, part in enumerate(self.heights.parts):
+            on = part_of == number
+            found[on] = part.reactions(flat[on], eta[on], order)
+        return found.reshape(*x0.shape, len(LOADS))
+
+    def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shapes:
+        """See `States`."""
+        found, part_of = np.empty((3, len(x0), len(s))), self.heights.part_of(self.eta)
+        for number, part in enumerate(self.heights.parts):
+            on = part_of == number
+            if on.any():
+                found[:, on] = part.shapes(x0[on], offset[on], self.eta[on], s)
+        return Shapes(*found)
+
+    def state(self, x0: FloatArray) -> StickingState:
+        """See `States`."""
+        x0, eta = np.broadcast_arrays(x0, self.eta)
+        found, part_of = np.empty((len(x0), len(COLUMNS))), self.heights.part_of(eta)
+        for number, part in enumerate(self.heights.parts):
+            on = part_of == number
+            if on.any():
+                found[on] = part.states(x0[on], eta[on])
+        return StickingState(x0=x0, **dict(zip(COLUMNS, found.T, strict=True)))
+
+
+def check_range(rod: MountedRod, low: float, high: float) -> None:
+    """Check that the surface is not too near to the clamp, and the rod not almost upright.
+
+    Raises
+    ------
+    NoResponseError
+        If the heights from `low` to `high` (L) leave the range from `LOWEST` to `HIGHEST`.
+    """
+    if low < LOWEST or high > HIGHEST:
+        least, most, lowest, highest = map(rod.spell, (low, high, LOWEST, HIGHEST))
+        raise NoResponseError(
+            f"the stage takes the rod to heights from {least} to {most}, but they must lie between "
+            f"{lowest} and {highest}: shorten the path, or check the positions of the clamp"
+        )
+
+
+def respond_over(rod: MountedRod, low: float, high: float) -> HeightRange:
+    """Solve a rod on a level stage at all heights of a range.
+
+    Parameters
+    ----------
+    low, high : float
+        Least and largest height (L); the height of the rod lies between them.
+
+    Raises
+    ------
+    NoResponseError
+        If the surface comes too near to the clamp, or the rod is almost upright, or has no response
+        at one of the heights.
+    """
+    check_range(rod, low, high)
+    responses([rod])
+    down, up = np.arange(rod.eta, low, -WIDEST), np.arange(rod.eta, high, WIDEST)
+    edges = np.unique([low, *down, *up, high]).tolist()
+    parts = [part for ends in pairwise(edges) for part in _parts(rod, *ends)]
+    return HeightRange(parts=tuple(parts))
+
+
+def _parts(rod: MountedRod, low: float, high: float) -> list[Heights]:
+    """Interpolate the responses of a rod; halve the range of heights until that is possible."""
+    try:
+        return [interpolated(rod, low, high)]
+    except NoResponseError as error:
+        middle = 0.5 * (low + high)
+        if middle - low < NARROWEST:
+            least, most = map(rod.spell, (low, high))
+            raise NoResponseError(
+                f"the stage takes the rod to heights from {least} to {most}, where the response "
+                f"is not known: {error}; shorten the path, or take another eta or theta"
+            ) from None
+    return [*_parts(rod, low, middle), *_parts(rod, middle, high)]
+
+
+@lru_cache(KEPT_PARTS)
+def interpolated(rod: MountedRod, low: float, high: float) -> Heights:
+    """Interpolate the responses of a rod between two heights, with an error below `EXACT`.
+
+    Raises
+    ------
+    NoResponseError
+        If a response is not solved, the landmarks are not the same at all heights, or the error is
+        larger.
+    """
+    nodes = low + (high - low) * chebyshev_nodes(NODES)
+    # The interpolation is compared with the response at a height between the nodes.
+    between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
+    rods = [replace(rod, eta=eta) for eta in (*nodes.tolist(), between)]
+    *solved, unseen = responses(rods)
+    # The landmarks before the lock, the others, and the end must be the same.
+    if len({(*(one.bounds < one.x0_lock), one.curve.end) for one in solved}) > 1:
+        raise NoResponseError(
+            "the type of contact (tip or line), or the way in which sticking ends, changes between "
+            "them"
+        )
+    bounds = np.array([one.bounds for one in solved])
+    found = Heights(low=low, high=high, branches=tuple(solved), bounds=bounds)
+    if not agrees(HeightRange(parts=(found,)).states(between), unseen, EXACT):
+        raise NoResponseError("the reactions cannot be interpolated accurately between them")
+    return found
+
+
+def agrees(found: States, solved: States, tolerance: float) -> bool:
+    """Whether interpolated reactions agree with solved ones at all x0 up to the lock."""
+    x0 = np.linspace(solved.x0_pull, solved.x0_lock, KNOTS)[1:-1]
+    error = np.abs(found(found.clip(x0)) - solved(x0))
+    return bool(error.max() <= tolerance * np.abs(solved(x0)).max())

@@ -1,0 +1,414 @@
+"""A scan: the clamp moves in steps over a surface, and the tip sticks and slips.
+
+At the first step at which |tan α| > μ0 the tip slips while the clamp rests. A self-locking tip
+sticks until the rod, if it is round, buckles laterally. After that the clamp drags the tip: the
+states of the rod are mirror images of states in which the tip is ahead of the clamp.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.errors import ArgumentError
+from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.outcomes import Status, chosen
+from vibrissa.scanning.response import Response
+from vibrissa.scanning.rods import height_at
+from vibrissa.scanning.slip import Slip, SlipLaw
+from vibrissa.scanning.stage import Stage
+from vibrissa.scanning.surfaces import Surface
+from vibrissa.scanning.tip import ClampPath, Margin, Tip
+from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.reading import mirrored
+
+LOCKS = "the tip locks at x = {x}, where mu0 = {mu0:.6g} and mu_lock = {mu_lock:.6g}; "
+SWINGS = (
+    LOCKS + "with the clamp at {clamp} the rod buckles laterally, and its tip is dragged behind"
+)
+STAYS = LOCKS + (
+    "pushed further, it sticks until the clamp is at {clamp}; the motion after that is not computed"
+)
+LOST = (
+    "the slip from x = {x}, with the clamp at {clamp}, releases so much energy that the tip lifts "
+    "off the surface, or the rod is bent beyond its computed states"
+)
+
+
+class TipPhase(StrEnum):
+    """Phase of the tip at a step.
+
+    Attributes
+    ----------
+    STICK
+        The tip has not slipped since the previous step.
+    LOCK
+        The tip sticks at x0 > x0_lock, the displacement at which −tan α is largest: pushed
+        further, it does not slip forward.
+    SLIP
+        The tip has just slipped and is at rest.
+    SWING
+        The rod has just buckled laterally. Its tip sticks, on the other side of the clamp.
+    """
+
+    STICK = "stick"
+    LOCK = "lock"
+    SLIP = "slip"
+    SWING = "swing"
+
+
+class TipSide(StrEnum):
+    """Side of the clamp on which the tip is: ahead of it, as at the start, or behind it."""
+
+    AHEAD = "ahead"
+    BEHIND = "behind"
+
+
+class Outcome(StrEnum):
+    """How a scan ended.
+
+    Attributes
+    ----------
+    COMPLETE
+        The clamp reached the end of the path, or the tip slipped as often as it was to.
+    LOCK
+        The tip locked and was pushed until sticking ended; the motion after that is not computed.
+    LOST
+        A slip passed α = 0 and did not end within the computed states. Either the clamp had pushed
+        the tip, and the tip lifted off the surface; or the clamp had pulled the tip, and the tip
+        came to the last computed state in which the clamp pushes it.
+    OUT_OF_REACH
+        The rod has no states, or the stage takes it to a height at which it has none.
+    FAILED
+        The states of the rod could not be computed.
+    """
+
+    COMPLETE = "complete"
+    LOCK = "lock"
+    LOST = "lost"
+    OUT_OF_REACH = "out_of_reach"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scan(Batch):
+    """States of a scan, one row for each step of the clamp.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    message : str
+        Says where the rod first buckled laterally, and where and why the scan ended early.
+    stage : Stage or None
+        None in a scan without rows.
+    clamp : ndarray, shape (n,)
+        Position of the clamp along its stage (L).
+    contact : ndarray, shape (n,)
+        Position of the tip, which is the contact point in point contact (L).
+    x0 : ndarray, shape (n,)
+        Displacement of the clamp along the surface (L), from the α = 0 state with the same
+        `contact`, the same `side`, and the same height of the surface above the clamp.
+    mu0 : ndarray, shape (n,)
+        Coefficient of static friction at the contact point.
+    period : ndarray of int, shape (n,)
+        Number of the period of sticking, from 1. The step of a slip is the first of a new period.
+    phase, side : ndarray of str, shape (n,)
+        `TipPhase` and `TipSide` at each step.
+    """
+
+    outcome: Outcome
+    message: str
+    stage: Stage | None
+    clamp: FloatArray
+    contact: FloatArray
+    x0: FloatArray
+    mu0: FloatArray
+    period: IntArray
+    phase: StrArray
+    side: StrArray
+
+    @classmethod
+    def without_rows(cls, outcome: Outcome, message: str) -> "Scan":
+        """Make the scan of a rod that has no states."""
+        numbers, texts = np.empty(0), np.empty(0, dtype=np.str_)
+        return cls(
+            outcome=outcome,
+            message=message,
+            stage=None,
+            clamp=numbers,
+            contact=numbers,
+            x0=numbers,
+            mu0=numbers,
+            period=np.empty(0, dtype=np.int64),
+            phase=texts,
+            side=texts,
+        )
+
+    @property
+    def status(self) -> Status:
+        """``slip`` if the tip slips, ``lock`` if it locks, or why the rod has no states."""
+        locks = np.isin(self.phase, [TipPhase.LOCK, TipPhase.SWING]).any()
+        if locks or self.outcome is Outcome.LOCK:
+            return Status.LOCK
+        if self.slips or self.outcome in (Outcome.COMPLETE, Outcome.LOST):
+            return Status.SLIP
+        return Status(self.outcome)
+
+    @property
+    def cycle(self) -> IntArray:
+        """Number of the stick-slip cycle at each step, from 1; a cycle ends with its slip."""
+        return np.asarray(self.period - ((self.phase == TipPhase.SLIP) & (self.period > 1)))
+
+    @property
+    def step(self) -> IntArray:
+        """Number of steps of the clamp since the cycle began; 0 at the start of the scan."""
+        rows = np.arange(len(self))
+        begins = np.append(0, np.flatnonzero(self.phase == TipPhase.SLIP))
+        return np.asarray(rows - begins[np.maximum(self.cycle - 1, 0)])
+
+    @property
+    def slips(self) -> int:
+        """Number of slips."""
+        return int((self.phase == TipPhase.SLIP).sum())
+
+    @property
+    def _sign(self) -> IntArray:
+        return np.where(self.side == TipSide.BEHIND, -1, 1)
+
+    @cached_property
+    def reactions(self) -> FloatArray:
+        """Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L), shape (n, 3)."""
+        if self.stage is None:
+            return np.empty((0, 3))
+        states = self.stage.at(self.clamp)
+        sign = self._sign
+        mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
+        return np.asarray(states(states.clip(sign * self.x0)) * mirror)
+
+    @cached_property
+    def state(self) -> StickingState:
+        """States of the rod; their x0 is the clamp's displacement since α = 0, as in `since`."""
+        if self.stage is None:
+            return StickingState.unknown(0)
+        states, sign = self.stage.at(self.clamp), self._sign
+        found = states.state(states.clip(sign * self.x0))
+        behind = np.flatnonzero(sign < 0)
+        loads = mirrored(found.take(behind), 0.0)
+        columns = {
+            name: _replaced(values, behind, getattr(loads, name))
+            for name, values in found.columns.items()
+        }
+        return StickingState(**(columns | {"x0": self.since}))
+
+    @cached_property
+    def since(self) -> FloatArray:
+        """Displacement of the clamp since the α = 0 state of its period, along the stage (L).
+
+        It is x0 in the step in which the period began, and the travel of the clamp since then.
+        """
+        begin = np.flatnonzero(np.diff(self.period, prepend=0))
+        first = np.repeat(begin, np.diff(begin, append=len(self)))
+        return self.x0[first] + self.clamp - self.clamp[first]
+
+    def shapes(self, points: int = 101) -> "ScannedShapes":
+        """Deformed shapes of the rod at each step.
+
+        Parameters
+        ----------
+        points : int
+            Number of points of each shape, equally spaced in s, both ends included; at least 2.
+
+        Raises
+        ------
+        ArgumentError
+            If there are fewer than two points.
+        """
+        if not isinstance(points, int | np.integer) or points < 2:
+            raise ArgumentError(f"points must be a whole number, at least 2, got {points!r}")
+        s, sign = np.linspace(0.0, 1.0, points), self._sign
+        if self.stage is None:
+            none = np.empty((0, points))
+            return ScannedShapes(s=s, x=none, y=none, phi=none, residual=np.empty(0))
+        states, along = self.stage.at(self.clamp), self.stage.along(self.clamp)
+        offset = self.contact - along
+        height = height_at(self.clamp, self.stage.eta, self.stage.angle)
+        x, y, phi = states.shapes(states.clip(sign * self.x0), sign * offset, s)
+        x, phi = sign[:, None] * x, np.where(sign[:, None] < 0, np.pi - phi, phi)
+        # In line contact only a straight tail ends at the point of the surface that `contact` is.
+        residual = np.hypot(x[:, -1] - offset, y[:, -1] - height)
+        return ScannedShapes(
+            s=s,
+            x=along[:, None] + x,
+            y=self.stage.eta - height[:, None] + y,
+            phi=phi,
+            residual=residual,
+        )
+
+
+class ScannedShapes(NamedTuple):
+    """Shapes of the rod at the n steps of a scan, relative to the surface.
+
+    Attributes
+    ----------
+    s : ndarray, shape (points,)
+        Arc lengths (L).
+    x, y, phi : ndarray, shape (n, points)
+        Positions (L) and slopes (rad).
+    residual : ndarray, shape (n,)
+        Distance between the end of the shape and the point `contact` of the surface (L).
+    """
+
+    s: FloatArray
+    x: FloatArray
+    y: FloatArray
+    phi: FloatArray
+    residual: FloatArray
+
+
+def _replaced(values: FloatArray, rows: IntArray, others: FloatArray) -> FloatArray:
+    """Return a copy in which some rows have other values."""
+    found = values.copy()
+    found[rows] = others
+    return found
+
+
+def simulate(
+    rod: Response | Stage,
+    surface: Surface,
+    positions: FloatArray,
+    law: SlipLaw | str = SlipLaw.FREE,
+    kinetic_ratio: float = 0.8,
+    slips: int | None = None,
+) -> Scan:
+    """Simulate a scan: find the state of the rod at each step of the clamp over a surface.
+
+    Parameters
+    ----------
+    rod : Response or Stage
+        The rod on its stage; a `Response` is on a level stage.
+    surface : Surface
+    positions : ndarray
+        Clamp positions along the stage (L), as from `path`; the scan begins in the α = 0 state.
+    law : SlipLaw or str
+        Where a slip ends.
+    kinetic_ratio : float
+        μk/μ0, for the laws ``kinetic`` and ``energy``.
+    slips : int, optional
+        Number of slips after which the scan ends.
+
+    Returns
+    -------
+    Scan
+        A row for each step, up to the end of the path or of the computed motion.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range, if the tip leaves the known part of the surface, or if the
+        path or the law may need states with x0 < 0 (the clamp pulled back) that were not solved.
+    """
+    positions, law = np.asarray(positions, dtype=float), chosen(SlipLaw, law, "law")
+    if not 0.0 < kinetic_ratio <= 1.0:
+        raise ArgumentError(f"kinetic_ratio must be above 0 and at most 1, got {kinetic_ratio!r}")
+    stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
+    at, spell = float(positions[0]), surface.spell
+    start = stage.at(at)
+    retracts = law is SlipLaw.ENERGY or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
+    if retracts and start.x0_pull == 0.0:
+        raise ArgumentError(
+            "states in which the clamp is pulled back (x0 < 0) could not be solved. The law "
+            "'energy' needs them, and so does a path backward or away from the surface: choose "
+            "another path or law"
+        )
+    path, outcome, message = ClampPath.through(positions), Outcome.COMPLETE, ""
+    contact = start.contact(float(stage.along(at)), 0.0, 1)
+    tip = Tip(stage=stage, contact=contact, mu0=float(surface(contact)))
+    tips, swing = [tip], ""
+    while True:
+        step, until = tip.end(path, at)
+        if step == len(path):
+            break
+        margin, past_lock = tip.exit(until)
+        if margin is Margin.END and stage.rod.swings:
+            swing = swing or _message(SWINGS, tip, until, float(positions[step]), spell)
+            # After lateral buckling the tip is at its mirror image about the clamp.
+            at, contact = until, 2.0 * float(stage.along(until)) - tip.contact
+            onward = replace(tip, contact=contact, side=-tip.side, slipped=False)
+            tip = replace(onward, begin=step, rest=np.nan)
+        elif margin is Margin.END and isinstance(stage.rod, Response) and not stage.rod.whole:
+            outcome, message = Outcome(stage.rod.curve.status), stage.rod.curve.message
+            break
+        elif margin is Margin.END or (past_lock and margin is Margin.BACKWARD):
+            outcome = Outcome.LOCK
+            message = _message(STAYS, tip, until, float(positions[step - 1]), spell)
+            break
+        else:
+            at = float(positions[step])
+            after = slid(tip, step, at, surface, law, kinetic_ratio)
+            if after is None:
+                outcome, message = Outcome.LOST, _message(LOST, tip, until, at, spell)
+                break
+            tip = after
+        tips.append(tip)
+        if sum(one.slipped for one in tips) - 1 == slips:
+            step = tip.begin + 1
+            break
+    return _assembled(tips, positions[:step], outcome, "; ".join(filter(None, (swing, message))))
+
+
+def slid(
+    tip: Tip, step: int, clamp: float, surface: Surface, law: SlipLaw, ratio: float
+) -> Tip | None:
+    """Return the tip after its slip in a step; None if the slip leaves the computed states."""
+    states, x0 = tip.stage.states(clamp, tip.contact, tip.side)
+    along = float(tip.stage.along(clamp))
+    slip = Slip(response=states, surface=surface, law=law, ratio=ratio, clamp=along, side=tip.side)
+    rest = slip.end(float(x0))
+    if np.isnan(rest):
+        return None
+    contact = states.contact(along, rest, tip.side)
+    mu0 = float(surface(contact))
+    return replace(tip, contact=contact, mu0=mu0, begin=step, rest=rest, slipped=True)
+
+
+def _message(text: str, tip: Tip, until: float, clamp: float, spell: Callable[[float], str]) -> str:
+    """Complete a message for a tip that sticks up to the clamp position `until`."""
+    mu_lock = tip.stage.at(until).mu_lock
+    return text.format(x=spell(tip.contact), mu0=tip.mu0, mu_lock=mu_lock, clamp=spell(clamp))
+
+
+def _assembled(tips: Sequence[Tip], clamp: FloatArray, outcome: Outcome, message: str) -> Scan:
+    """Assemble a scan, with one row for each step, from the places at which the tip stuck."""
+    stage = tips[0].stage
+    begins = np.array([tip.begin for tip in tips])
+    slipped = np.array([tip.slipped for tip in tips])
+    counts = np.diff(begins, append=len(clamp))
+    contact, mu0, side = (
+        np.repeat([getattr(tip, name) for tip in tips], counts)
+        for name in ("contact", "mu0", "side")
+    )
+    states, x0 = stage.states(clamp, contact, side)
+    # In the step of a slip x0 is known without the rounding of positions.
+    rest = np.full(len(clamp), np.nan)
+    rest[begins[counts > 0]] = [tip.rest for tip, count in zip(tips, counts, strict=True) if count]
+    x0 = np.where(np.isnan(rest), x0, rest)
+    phase = np.where(x0 > states.x0_lock, TipPhase.LOCK, TipPhase.STICK)
+    # If the rod buckles laterally and slips in the same step, the tip in between has no row.
+    later = (begins > 0) & (counts > 0)
+    phase[begins[later]] = np.where(slipped[later], TipPhase.SLIP, TipPhase.SWING)
+    return Scan(
+        outcome=outcome,
+        message=message,
+        stage=stage,
+        clamp=clamp,
+        contact=contact,
+        x0=side * x0 + 0.0,  # no −0
+        mu0=mu0,
+        period=np.repeat(np.cumsum(slipped), counts),
+        phase=phase,
+        side=np.where(side == 1, TipSide.AHEAD, TipSide.BEHIND),
+    )

@@ -1,0 +1,147 @@
+"""The stage that moves the clamp, along the surface or at an angle to it, and the rod on it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibrissa.decimals import exact
+from vibrissa.errors import ArgumentError
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.steps import step_position
+from vibrissa.scanning.heights import HeightRange, HeightStates, respond_over
+from vibrissa.scanning.response import Response, responses
+from vibrissa.scanning.rods import MountedRod, height_at
+
+# Largest number of steps; more would fill the memory.
+MOST_STEPS = 10**8
+# Part of a step by which a turn may miss a whole number of steps, by rounding in units of L.
+ROUNDED_AWAY = 1e-6
+
+
+def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) -> FloatArray:
+    """Compute positions of a stage that moves in equal steps from 0 through all turning points.
+
+    Parameters
+    ----------
+    step : Decimal or float or str
+        Step of the stage (L).
+    turns : sequence of Decimal or float or str
+        Positions at which the stage turns; at the last one it stops (L). They are rounded to
+        whole steps, towards 0.
+
+    Returns
+    -------
+    ndarray
+        Positions (L), the start included.
+
+    Raises
+    ------
+    ArgumentError
+        If the step is not positive or too small, or a part of the path is shorter than a step.
+    """
+    size = exact(step)
+    if not size > 0:
+        raise ArgumentError(f"step must be positive, got {step}")
+    ways = np.diff([0, *(_steps_to(turn, size) for turn in turns)])
+    if (total := abs(ways).sum()) > MOST_STEPS:
+        raise ArgumentError(
+            f"the step is too small: the path has {total:.3g} steps, more than {MOST_STEPS:,}"
+        )
+    if not ways.all():
+        raise ArgumentError("each part of the path must be at least one step long")
+    way = np.repeat(np.sign(ways), np.abs(ways))
+    return step_position(np.append(0, np.cumsum(way)), size)
+
+
+def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:
+    """Count the whole steps up to a turn, robust to the rounding of converted units."""
+    quotient = exact(turn) / size
+    nearest = round(quotient)
+    return nearest if abs(quotient - nearest) < ROUNDED_AWAY else int(quotient)
+
+
+class Held(NamedTuple):
+    """States of a rod whose tip sticks at a place, and the displacement x0 of each (L)."""
+
+    states: Response | HeightStates
+    x0: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stage:
+    """A rod on a stage that moves along the surface, or at an angle δ to it.
+
+    With the clamp at X, the height h is that of `height_at`, and a tip at the position x_c has the
+    displacement from the α = 0 state of that height
+
+        x0(X) = x1_init(h) + side·(X·cos δ − x_c),
+
+    where side is 1 for a tip ahead of the clamp, and −1 for a tip behind it (mirrored states).
+
+    Attributes
+    ----------
+    rod : Response or HeightRange
+        Response of the rod at the one height of a level stage, or its responses at all heights that
+        an oblique stage reaches.
+    eta : float
+        Height with the clamp at 0 (L).
+    angle : float
+        δ (rad); positive: the clamp approaches the surface as it moves.
+    """
+
+    rod: Response | HeightRange
+    eta: float
+    angle: float = 0.0
+
+    def along(self, clamp: ArrayLike) -> FloatArray:
+        """Convert clamp positions along the stage to positions along the surface (L)."""
+        return np.asarray(np.asarray(clamp) * np.cos(self.angle))
+
+    def at(self, clamp: ArrayLike) -> Response | HeightStates:
+        """Return the rod's states at the height that belongs to each clamp position."""
+        if isinstance(self.rod, Response):
+            return self.rod
+        return self.rod.states(height_at(clamp, self.eta, self.angle))
+
+    def states(self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike) -> Held:
+        """Return the rod's states, and the displacement x0 of each (L).
+
+        Parameters
+        ----------
+        clamp : array_like
+            Positions of the clamp (L).
+        contact : array_like
+            Position of the tip along the surface (L).
+        side : array_like
+            1 for a tip ahead of the clamp, −1 for a tip behind it.
+        """
+        states, ahead = self.at(clamp), self.along(clamp) - np.asarray(contact)
+        return Held(states, np.asarray(states.x1_init + np.asarray(side) * ahead))
+
+
+def stage_of(rod: MountedRod, positions: FloatArray, partly: bool = False) -> Stage:
+    """Solve a rod at all heights that its clamp reaches on its stage.
+
+    Parameters
+    ----------
+    positions : ndarray
+        Positions of the clamp along the stage (L).
+    partly : bool
+        Whether to accept a curve on a level stage that the solver did not follow to its end.
+
+    Raises
+    ------
+    NoResponseError
+        If the sticking curve cannot be solved at one of these heights, or η comes too close to
+        0 or to 1.
+    """
+    angle = rod.mounting.stage_angle
+    if angle == 0.0:
+        return Stage(rod=responses([rod], partly)[0], eta=rod.eta)
+    reached = rod.height(np.append(positions, 0.0))
+    heights = respond_over(rod.level(rod.eta), float(reached.min()), float(reached.max()))
+    return Stage(rod=heights, eta=rod.eta, angle=angle)

@@ -1,0 +1,182 @@
+"""A tip that sticks at one place of the surface, and where sticking ends as the clamp moves."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq, minimize_scalar
+
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.scanning.stage import Stage
+
+# Number of clamp positions at which the margins are computed to bracket the end of a period.
+LOOKS = 257
+# Number of steps that are searched together for the end of a period.
+BLOCK = 4096
+
+
+class Margin(IntEnum):
+    """What a sticking tip may lose; its members are the rows of `Tip.margins`.
+
+    Attributes
+    ----------
+    FORWARD, BACKWARD
+        By how much the tangential force may change before the tip slips forward or backward
+        (E·I0/L²).
+    END, PULL
+        Distances of x0 from the largest and the smallest x0 of the computed states (L).
+    """
+
+    FORWARD = 0
+    BACKWARD = 1
+    END = 2
+    PULL = 3
+
+
+class EndOfSticking(NamedTuple):
+    """Where a tip no longer sticks.
+
+    Attributes
+    ----------
+    step : int
+        Index of the first step at which it does not stick, or the number of steps of the scan.
+    until : float
+        Clamp position at which sticking ends (L); NaN if the tip sticks to the end of the scan.
+    """
+
+    step: int
+    until: float
+
+
+class Exit(NamedTuple):
+    """How sticking ends: which margin is used up, and whether x0 > x0_lock."""
+
+    margin: Margin
+    past_lock: bool
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ClampPath:
+    """Positions of the clamp at all steps of a scan, and how far it still goes from each step on.
+
+    Attributes
+    ----------
+    positions, least, most : ndarray, shape (n,)
+        Position of the clamp at each step, and the least and largest position from there on (L).
+    """
+
+    positions: FloatArray
+    least: FloatArray
+    most: FloatArray
+
+    @classmethod
+    def through(cls, positions: FloatArray) -> "ClampPath":
+        """Path through given positions (L)."""
+        backwards = positions[::-1]
+        return cls(
+            positions=positions,
+            least=np.minimum.accumulate(backwards)[::-1],
+            most=np.maximum.accumulate(backwards)[::-1],
+        )
+
+    def __len__(self) -> int:
+        """Return the number of steps, the first position included."""
+        return len(self.positions)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tip:
+    """A tip that sticks at one place.
+
+    Attributes
+    ----------
+    contact, mu0 : float
+        Position of the tip on the surface (L), and coefficient of static friction there.
+    side : int
+        1 for a tip ahead of the clamp, −1 for a tip behind it.
+    begin : int
+        Index of the step at which the tip begins to stick.
+    rest : float
+        Displacement x0 at which it came to rest (L); NaN if it has stuck since lateral buckling.
+    slipped : bool
+        True if the tip has stuck since a slip or since the start of the scan, False if it has stuck
+        since the rod buckled laterally.
+    """
+
+    stage: Stage
+    contact: float
+    mu0: float
+    side: int = 1
+    begin: int = 0
+    rest: float = 0.0
+    slipped: bool = True
+
+    def margins(self, clamp: ArrayLike) -> FloatArray:
+        """Compute the margins of sticking at each clamp position, shape (4, ...).
+
+        The tip sticks while none is negative. `Margin` names the rows.
+        """
+        states, x0 = self.stage.states(clamp, self.contact, self.side)
+        fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
+        forward, backward = fx - self.mu0 * fy, -fx - self.mu0 * fy
+        return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
+
+    def exit(self, clamp: float) -> Exit:
+        """Return how sticking ends at a clamp position."""
+        states, x0 = self.stage.states(clamp, self.contact, self.side)
+        least = Margin(int(np.argmin(self.margins(clamp))))
+        return Exit(margin=least, past_lock=bool(x0 > states.x0_lock))
+
+    def end(self, path: ClampPath, clamp: float) -> EndOfSticking:
+        """Find the first step at which the tip no longer sticks.
+
+        Parameters
+        ----------
+        clamp : float
+            Clamp position at which the tip begins to stick (L).
+        """
+        # The tip sticks between these clamp positions; an end beyond the path is infinite.
+        low = self._limit(clamp, min(clamp, float(path.least[self.begin])), -1.0)
+        high = self._limit(clamp, max(clamp, float(path.most[self.begin])), 1.0)
+        error = self.stage.at(clamp).accuracy
+        # A tip sticks in the step of its slip; after lateral buckling it may slip at once.
+        for first in range(self.begin + int(self.slipped), len(path), BLOCK):
+            some = path.positions[first : first + BLOCK]
+            out = np.flatnonzero((some > high + error) | (some < low - error))
+            if len(out):
+                step = first + int(out[0])
+                return EndOfSticking(step=step, until=high if path.positions[step] > high else low)
+        return EndOfSticking(step=len(path), until=np.nan)
+
+    def _limit(self, begin: float, end: float, way: float) -> float:
+        """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
+        states, _ = self.stage.states(begin, self.contact, self.side)
+        stretch = way * float(states.x0_end - states.x0_pull)
+        while begin != end:
+            until = begin + stretch if abs(stretch) < abs(end - begin) else end
+            clamp, left = self._looked(np.linspace(begin, until, LOOKS))
+            out = np.flatnonzero(left[1:] <= 0.0)
+            if len(out):
+                before, after = clamp[out[0]], clamp[out[0] + 1]
+                # The first position may be at the end of sticking, up to rounding.
+                if left[out[0]] <= 0.0:
+                    return float(before)
+                return float(brentq(self._least, before, after, xtol=1e-14))
+            begin = until
+        return way * np.inf
+
+    def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Add clamp positions at minima of the least margin; return positions and that margin."""
+        left = self._least(clamp)
+        lowest = (left[1:-1] < left[:-2]) & (left[1:-1] < left[2:])
+        for i in np.flatnonzero(lowest) + 1:
+            bounds = sorted((clamp[i - 1], clamp[i + 1]))
+            found = minimize_scalar(self._least, bounds=bounds, method="bounded")
+            clamp, left = np.append(clamp, found.x), np.append(left, found.fun)
+        order = np.argsort(np.abs(clamp - clamp[0]))
+        return clamp[order], left[order]
+
+    def _least(self, clamp: ArrayLike) -> FloatArray:
+        return np.asarray(self.margins(clamp).min(axis=0))

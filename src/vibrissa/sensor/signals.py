@@ -1,0 +1,117 @@
+"""Signals of a scan at the clamp, in the units of a real rod."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.quantities.series import Column, Tabular
+from vibrissa.quantities.units import Kind, Quantity, Units
+from vibrissa.scanning.simulation import Scan, TipPhase, TipSide, simulate
+from vibrissa.scanning.slip import SlipLaw
+from vibrissa.scanning.stage import path
+from vibrissa.scanning.surfaces import Surface
+from vibrissa.sensor.transducer import Transducer, transducer_of
+from vibrissa.sensor.whisker import Whisker
+from vibrissa.wording import counted
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Signals(Tabular):
+    """Signals of a scan at the clamp: `scan` returns them exact, `measured` with noise.
+
+    Attributes
+    ----------
+    truth : Scan
+        States of the scan, nondimensional and without noise.
+    readings : ndarray, shape (n, 3)
+        Columns force_x, force_y and moment_z in the units that `columns` gives: exact clamp
+        reactions, or readings of a transducer.
+    units : Units
+    """
+
+    truth: Scan
+    readings: FloatArray
+    units: Units
+
+    def measured(self, transducer: Transducer | str, seed: int = 0) -> "Signals":
+        """Return a copy with readings of a transducer; `seed` fixes their noise."""
+        sensor = transducer_of(transducer, self.units)
+        generator = np.random.default_rng([seed, 1])
+        return replace(self, readings=sensor.measured(self.readings, generator))
+
+    def __repr__(self) -> str:
+        """Numbers of steps and periods, and how the scan ended."""
+        truth = self.truth
+        said = f"{counted(len(truth), 'step')}, {counted(int(truth.period[-1]), 'period')}"
+        return "\n".join(filter(None, (f"{said}, {truth.outcome}", truth.message)))
+
+    def columns(self) -> dict[str, Column]:
+        """Columns by name, with units; they have one row for each step of the clamp."""
+        truth, unit = self.truth, self.units.unit(Kind.LENGTH)
+        length, force, moment = (
+            self.units.name(kind) for kind in (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
+        )
+        force_x, force_y, moment_z = self.readings.T
+        return {
+            "footpoint": Column(truth.clamp * unit, length, "position of the clamp"),
+            "force_x": Column(force_x, force, "clamp force along the surface"),
+            "force_y": Column(force_y, force, "clamp force normal to the surface"),
+            "moment_z": Column(moment_z, moment, "clamp moment"),
+            "contact": Column(truth.contact * unit, length, "position of the tip"),
+            "x0": Column(truth.x0 * unit, length, "clamp displacement from the alpha = 0 state"),
+            "mu0": Column(truth.mu0, "1", "static friction under the tip"),
+            "period": Column(truth.period, "1", "number of the period of sticking"),
+            "phase": Column(truth.phase, "", ", ".join(TipPhase)),
+            "side": Column(truth.side, "", "where the tip is: " + " or ".join(TipSide)),
+        }
+
+
+def scan(
+    whisker: Whisker,
+    surface: Surface,
+    *,
+    step: Quantity,
+    to: Quantity | Sequence[Quantity],
+    law: SlipLaw | str = SlipLaw.FREE,
+    kinetic_ratio: float = 0.8,
+) -> Signals:
+    """Move the clamp over a surface and record the signals.
+
+    Parameters
+    ----------
+    whisker : Whisker
+    surface : Surface
+    step : str or number
+        Step of the stage.
+    to : str or number, or sequence of these
+        Positions at which the stage turns; at the last one it stops.
+    law : SlipLaw
+        Where a slip ends.
+    kinetic_ratio : float
+        μk/μ0, for the laws ``kinetic`` and ``energy``.
+
+    Returns
+    -------
+    Signals
+        Exact signals; `Signals.measured` adds the noise of a transducer.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range, or the tip leaves the known part of the surface.
+    """
+    units = whisker.units
+    positions = path(
+        units.read_positive(step, Kind.LENGTH, "step"),
+        [units.read(turn, Kind.LENGTH, "to") for turn in np.array(to, dtype=object).ravel()],
+    )
+    truth = simulate(
+        whisker.stage(positions),
+        replace(surface, spell=whisker.spell),
+        positions,
+        law,
+        kinetic_ratio,
+    )
+    return Signals(truth=truth, readings=truth.reactions * units.channels, units=units)

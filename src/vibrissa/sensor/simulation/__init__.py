@@ -1,1 +1,0 @@
-"""Simulated scans: where the tip sticks and slips, on a level or an oblique stage."""
