@@ -41,8 +41,10 @@ def stick_slip(
         Coefficient of static friction, and step of the clamp (L).
     cycles : int
         Number of stick-slip cycles.
-    law, kinetic_ratio
-        As in `vibrissa.scanning.simulation.simulate`.
+    law : SlipLaw or str
+        Where a slip ends.
+    kinetic_ratio : float
+        μk/μ0, for the laws ``kinetic`` and ``energy``.
 
     Returns
     -------

@@ -25,7 +25,7 @@ class Whisker(MountedRod):
 
     Attributes
     ----------
-    theta, eta, contact, section, mounting
+    theta, eta, contact, section, mounting : optional
         As in `MountedRod`.
     rod : Rod or None
         The rod in SI units; None: all quantities are nondimensional.
