@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrissa.mechanics.mounting import CLAMP_SLOPE, IDEAL, Mounting, tail
+from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray
 
 SHAPE_TOLERANCE = 1e-12
@@ -57,8 +58,8 @@ def deformed_shape(
     s: FloatArray,
     s_c: float = 1.0,
     mounting: Mounting = IDEAL,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shape x, y (L), φ (rad) of the rod under a known contact force, with the clamp at the origin.
+) -> Shape:
+    """Shape of the rod under a known contact force, with the clamp at the origin.
 
     The force acts at the contact point (x1 − (1 − s_c), y1). The rod meets this point only if the
     force is that of an equilibrium.
@@ -92,8 +93,8 @@ def deformed_shape(
     coefficients = np.array([mounting.coefficients])
     along, up, turn = (one[0] for one in tail(coefficients, np.full_like(beyond, s_c), beyond))
     cos, sin = np.cos(phi[-1]), np.sin(phi[-1])
-    return (
-        np.append(x[:-1], x[-1] + along * cos - up * sin),
-        np.append(y[:-1], y[-1] + along * sin + up * cos),
-        np.append(phi[:-1], phi[-1] + turn),
+    return Shape(
+        x=np.append(x[:-1], x[-1] + along * cos - up * sin),
+        y=np.append(y[:-1], y[-1] + along * sin + up * cos),
+        phi=np.append(phi[:-1], phi[-1] + turn),
     )

@@ -34,6 +34,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from vibrissa.mechanics.mounting import polynomial, tail
+from vibrissa.mechanics.shape import Shape
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_length_growth, bending_coordinate, density_growth
 from vibrissa.numerics.arrays import FloatArray
@@ -266,18 +267,13 @@ def jacobian(
     return matrix
 
 
-def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Deformed shapes, including the part beyond the contact point, with the clamp at the origin.
+def shape(states: RodStates, s: FloatArray) -> Shape:
+    """Deformed shapes of n states, including the part beyond the contact point.
 
     Parameters
     ----------
     s : ndarray, shape (points,)
         Arc lengths from the clamp in [0, 1] (L).
-
-    Returns
-    -------
-    x, y, phi : ndarray, shape (n, points)
-        Position (L) and slope (rad).
     """
     rule = gauss_rule(states.nodes)
     free = np.minimum(s, states.s_c[:, None])
@@ -294,7 +290,7 @@ def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     # Beyond the contact point the rod has its natural shape, which continues the slope there.
     along, up, turn = tail(states.curvature, free, np.broadcast_to(s, free.shape))
     cos, sin = np.cos(phi), np.sin(phi)
-    return x + along * cos - up * sin, y + along * sin + up * cos, phi + turn
+    return Shape(x=x + along * cos - up * sin, y=y + along * sin + up * cos, phi=phi + turn)
 
 
 def coefficient_decay(states: RodStates) -> FloatArray:

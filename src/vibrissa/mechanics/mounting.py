@@ -12,6 +12,7 @@ Other mountings may differ from it in four ways:
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from numbers import Real
+from typing import NamedTuple
 
 import numpy as np
 
@@ -138,9 +139,23 @@ def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
     return columns
 
 
-def tail(
-    curvature: FloatArray, start: FloatArray, stop: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+class Tail(NamedTuple):
+    """Ends of naturally shaped parts of rods, as seen from their beginnings.
+
+    Attributes
+    ----------
+    along, up : ndarray, shape (n, points)
+        Position of the end, along the tangent at the beginning and normal to it (L).
+    turn : ndarray, shape (n, points)
+        Slope at the end minus slope at the beginning (rad).
+    """
+
+    along: FloatArray
+    up: FloatArray
+    turn: FloatArray
+
+
+def tail(curvature: FloatArray, start: FloatArray, stop: FloatArray) -> Tail:
     """Natural shapes of n rods from `start` to `stop`, as seen from `start`.
 
     Parameters
@@ -149,12 +164,6 @@ def tail(
         Coefficients of κ0 (1/L), lowest power of s first.
     start, stop : ndarray, shape (n, points)
         Arc lengths at the beginning and at the end of each shape (L).
-
-    Returns
-    -------
-    along, up, turn : ndarray, shape (n, points)
-        Position of the end relative to the beginning (L), along the tangent at the beginning and
-        normal to this tangent; slope at the end minus slope at the beginning (rad).
     """
     integral = curvature / np.arange(1, curvature.shape[1] + 1)
     begin, length = start * polynomial(integral, start), stop - start
@@ -167,7 +176,7 @@ def tail(
         shortening += weight * 2.0 * np.sin(0.5 * turn) ** 2
         up += weight * np.sin(turn)
     turn = stop * polynomial(integral, stop) - begin
-    return length * (1.0 - shortening), length * up, turn
+    return Tail(along=length * (1.0 - shortening), up=length * up, turn=turn)
 
 
 def polynomial(coefficients: FloatArray, s: FloatArray) -> FloatArray:

@@ -19,13 +19,13 @@ from scipy.interpolate import CubicSpline
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.equations import OFFSET, ClosingCondition, shape
 from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.outcomes import RodSection
 from vibrissa.scanning.response import LOADS, Response, States, responses
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.sticking.piece import StickingState
-from vibrissa.sticking.shapes import Shapes
 
 # Number of heights at which the rod is solved in a part.
 NODES = 9
@@ -154,7 +154,7 @@ class Heights:
             found[:, COLUMNS.index("stability_aside")] = np.nan
         return found
 
-    def shapes(self, x0: FloatArray, offset: FloatArray, eta: FloatArray, s: FloatArray) -> Shapes:
+    def shapes(self, x0: FloatArray, offset: FloatArray, eta: FloatArray, s: FloatArray) -> Shape:
         """Solve shapes at displacements and heights; NaN where a state is not found.
 
         The guesses are states at the nearest height at which the rod was solved.
@@ -181,7 +181,7 @@ class Heights:
                 closing = ClosingCondition.prescribing(eta[at], {OFFSET: 1.0}, offset[at])
                 solved = solve(some.states, closing)
                 found[:, at] = np.where(solved.converged[:, None], shape(solved.states, s), np.nan)
-        return Shapes(*found)
+        return Shape(*found)
 
     def _place(self, x0: FloatArray, eta: FloatArray) -> _Place:
         bounds, rows = self.bounds_at(eta), np.arange(len(x0))
@@ -294,14 +294,14 @@ class HeightStates(States):
             found[on] = part.reactions(flat[on], eta[on], order)
         return found.reshape(*x0.shape, len(LOADS))
 
-    def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shapes:
+    def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shape:
         """See `States`."""
         found, part_of = np.empty((3, len(x0), len(s))), self.heights.part_of(self.eta)
         for number, part in enumerate(self.heights.parts):
             on = part_of == number
             if on.any():
                 found[:, on] = part.shapes(x0[on], offset[on], self.eta[on], s)
-        return Shapes(*found)
+        return Shape(*found)
 
     def state(self, x0: FloatArray) -> StickingState:
         """See `States`."""

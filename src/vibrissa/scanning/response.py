@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL
+from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import ONSET_ACCURACY
 from vibrissa.outcomes import End, Status
@@ -22,7 +23,6 @@ from vibrissa.scanning.rods import MountedRod
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import DISPLACEMENT, Pieces, StickingState
-from vibrissa.sticking.shapes import Shapes
 
 # Components of the load on the clamp, in their order in arrays.
 LOADS = ("reaction_fx", "reaction_fy", "reaction_m")
@@ -68,7 +68,7 @@ class States(ABC):
         """Return the states at displacements, with all their columns; see `StickingState`."""
 
     @abstractmethod
-    def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shapes:
+    def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shape:
         """Deformed shapes, with the clamp at the origin and the tip ahead of it.
 
         Parameters
@@ -210,7 +210,7 @@ class Response(States):
         """See `States`."""
         return self.curve.state(x0)
 
-    def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shapes:
+    def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shape:
         """See `States`."""
         return self.curve.shapes(x0, s)
 

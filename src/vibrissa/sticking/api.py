@@ -16,6 +16,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.equations import ends, shape
 from vibrissa.mechanics.mounting import IDEAL, Mounting
+from vibrissa.mechanics.shape import Shape
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.numerics.arrays import FloatArray
@@ -66,7 +67,7 @@ class EquilibriumState(ContactState):
         """Whether the shape passes through the surface: φ1 < 0 in point contact."""
         return self.contact == Contact.POINT and bool(self.phi1 < 0.0)
 
-    def shape(self, s: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def shape(self, s: FloatArray | None = None) -> Shape:
         """Deformed shape with the clamp at the origin.
 
         Parameters
@@ -76,8 +77,7 @@ class EquilibriumState(ContactState):
 
         Returns
         -------
-        x, y, phi : ndarray, shape (points,)
-            Position (L) and slope (rad).
+        Shape
 
         Raises
         ------
@@ -89,8 +89,7 @@ class EquilibriumState(ContactState):
         s = np.linspace(0.0, 1.0, 101) if s is None else np.asarray(s, dtype=float)
         if not ((s >= 0.0) & (s <= 1.0)).all():
             raise ArgumentError(f"arc lengths must lie between 0 and 1 (L), got {s.tolist()}")
-        x, y, phi = (values[0] for values in shape(self._solution, s))
-        return x, y, phi
+        return Shape(*(values[0] for values in shape(self._solution, s)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

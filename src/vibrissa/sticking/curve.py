@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.mounting import IDEAL, Mounting
+from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
 from vibrissa.sticking.piece import NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.reading import CurveArray
-from vibrissa.sticking.shapes import RowStates, Shapes
+from vibrissa.sticking.shapes import RowStates
 
 # Displacements that differ by less than this (L) count as equal; shorter pieces are dropped.
 SAME = 1e-12
@@ -152,7 +153,7 @@ class StickingCurve:
         """Mobilised friction −tan α at displacements (L); infinite where the tip lifts off."""
         return self.state(x0).mobilised_friction
 
-    def shapes(self, x0: FloatArray, s: FloatArray) -> Shapes:
+    def shapes(self, x0: FloatArray, s: FloatArray) -> Shape:
         """Deformed shapes at displacements between `x0_pull` and `x0_end`, shape (n,) (L).
 
         Parameters
@@ -175,12 +176,12 @@ class StickingCurve:
         """Yield the states of the rod at displacements on the curve, shape (n,), piece by piece."""
         return self._alone.rod_states(_first(x0), x0)
 
-    def _integrated(self, state: StickingState, s: FloatArray) -> Shapes:
+    def _integrated(self, state: StickingState, s: FloatArray) -> Shape:
         """Integrate the rod from its clamp, as shooting does."""
         offset, height = self.contact_point(state.x0)
         rows = zip(state.f, state.alpha, offset, height, state.s_c, strict=True)
         shapes = [deformed_shape(self.theta, *row[:4], s, row[4], self.mounting) for row in rows]
-        return Shapes(*np.moveaxis(np.reshape(shapes, (len(shapes), 3, len(s))), 1, 0))
+        return Shape(*np.moveaxis(np.reshape(shapes, (len(shapes), 3, len(s))), 1, 0))
 
     def onset(self, mu0: ArrayLike) -> FloatArray:
         """Exact onset of slip (L): the first displacement at which −tan α = μ0.

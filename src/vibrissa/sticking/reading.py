@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.mechanics.equations import shape
+from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.roots import first_reached
 from vibrissa.outcomes import Contact, End, Status
 from vibrissa.sticking.piece import Pieces, StickingState
-from vibrissa.sticking.shapes import RowStates, Shapes
+from vibrissa.sticking.shapes import RowStates
 
 if TYPE_CHECKING:
     from vibrissa.sticking.curve import StickingCurve
@@ -105,12 +106,12 @@ class CurveArray:
         within = np.minimum(x0, self.pieces.last_x0[place])
         return replace(self.pieces.at(place, self.pieces.places_of(place, within)), x0=x0)
 
-    def shapes(self, index: IntArray, x0: FloatArray, s: FloatArray) -> Shapes:
+    def shapes(self, index: IntArray, x0: FloatArray, s: FloatArray) -> Shape:
         """Deformed shapes at the displacements `x0`, none of which is NaN."""
         found = np.empty((3, len(x0), len(s)))
         for some in self.rod_states(index, x0):
             found[:, some.rows] = shape(some.states, s)
-        return Shapes(*found)
+        return Shape(*found)
 
     def rod_states(self, index: IntArray, x0: FloatArray) -> Iterator[RowStates]:
         """Yield the states of the rod at the displacements `x0`, those on one piece together."""

@@ -10,22 +10,6 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import interpolation
 
 
-class Shapes(NamedTuple):
-    """Deformed shapes of n states, with the clamp at the origin.
-
-    Attributes
-    ----------
-    x, y : ndarray, shape (n, points)
-        Positions (L).
-    phi : ndarray, shape (n, points)
-        Slopes (rad).
-    """
-
-    x: FloatArray
-    y: FloatArray
-    phi: FloatArray
-
-
 class RowStates(NamedTuple):
     """States of the rod for some rows of a larger array."""
 
