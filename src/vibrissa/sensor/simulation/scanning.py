@@ -226,13 +226,13 @@ def simulate(
         step, until = tip.end(positions, at)
         if step == len(positions):
             break
-        margin, past = tip.exit(until)
+        margin, pushed = tip.exit(until)
         if margin == END and stage.rod.swings:
             swing = swing or _message(SWINGS, tip, until, float(positions[step]), told)
             # After lateral buckling the tip is at its mirror image about the clamp.
             at, contact = until, 2.0 * float(stage.along(until)) - tip.contact
             tip = replace(tip, contact=contact, side=-tip.side, begin=step, slipped=False)
-        elif margin == END or (past and margin == BACKWARD):
+        elif margin == END or (pushed and margin == BACKWARD):
             outcome = Outcome.LOCK
             message = _message(STAYS, tip, until, float(positions[step - 1]), told)
             break

@@ -103,11 +103,13 @@ class Slip:
         ArgumentError
             If the tip reaches an unknown part of the surface, or slides to and fro for too long.
         """
-        if self.law is SlipLaw.FREE:
-            return 0.0
         x0 = float(self.response.clip(x0))
+        if self.law is SlipLaw.FREE:
+            # Where a pushed tip was pushed back before, it meets a state with α = 0 there.
+            between = self.response.demand(np.linspace(0.0, x0, LOOKS)[1:])
+            return self._slide(x0, 0.0) if x0 > 0.0 and between.min() < 0.0 else 0.0
         for _ in range(REVERSALS):
-            x0 = self._slide(x0)
+            x0 = self._slide(x0, self.ratio)
             if np.isnan(x0):
                 return x0
             holds = float(self.surface(self.response.contact(self.clamp, x0, self.side)))
@@ -116,8 +118,11 @@ class Slip:
         place = f"the clamp at {self.surface.told(self.clamp)}"
         raise ArgumentError(f"with {place} a slip has over {REVERSALS} slides: take another law")
 
-    def _slide(self, x0: float) -> float:
-        """Find x0 where a slide in one direction ends (L); NaN if it leaves the computed states."""
+    def _slide(self, x0: float, ratio: float) -> float:
+        """Find x0 where a slide in one direction ends (L); NaN if it leaves the computed states.
+
+        `ratio` is that of kinetic to static friction.
+        """
         response, surface = self.response, self.surface
         # A pushed tip slides to lower x0, a pulled one to higher.
         ahead = -1.0 if x0 > 0.0 else 1.0
@@ -131,7 +136,7 @@ class Slip:
             breaks = np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])
             way = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
             fx, fy, _ = np.moveaxis(response(x0 + ahead * way), -1, 0)
-            force = ahead * fx + self.ratio * surface(contact + onward * way) * fy
+            force = ahead * fx + ratio * surface(contact + onward * way) * fy
             return BPoly(COEFFICIENTS @ force.T, breaks)
 
         longest = abs(float(response.clip(ahead * np.inf)) - x0)
@@ -184,9 +189,9 @@ class Tip:
         return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
 
     def exit(self, clamp: float) -> tuple[int, bool]:
-        """Return the row of the least of the `margins`, and whether x0 > x0_lock."""
-        states, x0 = self.stage.states(clamp, self.contact, self.side)
-        return int(np.argmin(self.margins(clamp))), bool(x0 > states.x0_lock)
+        """Return the row of the least of the `margins`, and whether x0 > 0: the tip is pushed."""
+        _, x0 = self.stage.states(clamp, self.contact, self.side)
+        return int(np.argmin(self.margins(clamp))), bool(x0 > 0.0)
 
     def slid(self, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
         """Position of the tip after a slip (L); NaN if the slip leaves the computed states."""
