@@ -9,7 +9,7 @@ between clamp and contact at the height of its clamp. A rod that turns by more t
 left there. Sticking ends at the first state with |fx| = -mu0·fy.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.integrate._ivp import dop853_coefficients as pair
@@ -196,7 +196,8 @@ def march(rods, line, u, model):
     n = len(rods.theta)
     force = -u[2]
     unit = np.stack([np.ones(n), SCALE[1] / force, SCALE[2] / force], axis=1)
-    u, good = solved(rods, line, u, np.tile([0.0, 1.0, 0.0], (n, 1)), np.zeros(n))
+    level = replace(rods, delta=0.0 * rods.delta)
+    u, good = solved(level, line, u, np.tile([0.0, 1.0, 0.0], (n, 1)), np.zeros(n))
     assert good.all()
     rods.x1 = closure(rods, line, u)[0]
     last = knots_of(rods, line, u, np.ones((n, 3)))
@@ -272,7 +273,7 @@ def located(rods, low, high, value):
     length = np.vecdot(weights, second.T) - start
     below, above = np.zeros(len(low)), np.ones(len(low))
     sign = np.array([value(knot) < 0.0 for knot in low])
-    for _ in range(46):
+    for _ in range(36):
         part = 0.5 * (below + above)
         guess = first + part * (second - first)
         u, good = solved(rods, kind, guess, weights, start + part * length, 8)

@@ -41,7 +41,8 @@ ENDS = {
 }
 PROGRAM = """
 function answer({ theta, eta, contact, mu0, mounting, section }) {
-  const { path, message } = solvedPath({ theta, eta, contact, round: section === "round", mounting });
+  const round = section === "round";
+  const { path, message } = solvedPath({ theta, eta, contact, round, mounting });
   if (!path) return { message };
   const found = { mu_lock: path.muLock, end: path.pushed.end, nodes: path.branch.rod.nodes };
   found.x0_end = path.x0End;

@@ -5,7 +5,7 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from vibrissa import Status, solve_curve, stick_slip
+from vibrissa import Mounting, Status, solve_curve, stick_slip
 from vibrissa.outcomes import End
 from vibrissa.sticking.curve import failed_curve
 
@@ -122,3 +122,17 @@ def test_a_shape_of_two_points_has_both_ends(curve):
     assert few.x.shape == (len(few.step), 2)
     for name in ("x", "y"):
         assert getattr(few, name) == pytest.approx(getattr(many, name)[:, [0, -1]], abs=1e-15)
+
+
+def test_a_tip_that_slips_on_a_second_rise_of_its_demand_stops_at_the_foot_of_this_rise():
+    mounting = Mounting(clamp_angle=-0.2556, clamp_compliance=0.884, curvature=0.042)
+    whole = solve_curve(1.77, 0.9665, mounting=mounting, section="planar")
+    assert whole.rest(0.4) == 0.0 and whole.rest(0.47) == pytest.approx(0.457759, abs=1e-6)
+    assert float(whole.state(whole.rest(0.47)).alpha) == pytest.approx(0.0, abs=1e-9)
+    scan = stick_slip(whole, 0.3, 0.005, 2)
+    slips = np.flatnonzero(np.array(scan.phase) == "slip")
+    # 0.457759 + 3·0.005 < 0.474486: four steps from slip to slip.
+    assert slips.tolist() == [95, 99]
+    assert scan.state.x0[slips] == pytest.approx([whole.rest(0.47)] * 2)
+    assert np.ptp(scan.footpoint - scan.x1 - scan.state.x0) < 1e-12
+    assert scan.residual.max() < 1e-9

@@ -15,7 +15,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import End, RodSection, Solver, Status
 from vibrissa.sticking.piece import AHEAD, NO_PIECES, Pieces, StickingState
-from vibrissa.sticking.reading import CurveArray
+from vibrissa.sticking.reading import ROUNDING, CurveArray
 
 # Displacements that differ by less than this (L) count as equal; shorter pieces are dropped.
 SAME = 1e-12
@@ -181,6 +181,27 @@ class StickingCurve:
             raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
         self._need_states("onset")
         return self._alone.onset(_first(mu0.ravel()), mu0.ravel()).reshape(mu0.shape)
+
+    def rest(self, x0: float) -> float:
+        """Displacement of the state with α = 0 in which a tip that slips forward at `x0` > 0 stops.
+
+        It is 0, or the last displacement before at which a tip that was pushed back is pushed
+        forward again.
+        """
+        from scipy.optimize import brentq  # a tenth of a second to load
+
+        pieces, last = self.pieces, 0.0
+        fx, places = pieces.samples.reaction_fx, pieces.sample_places
+        for piece, k in np.argwhere((fx[:, :-1] > ROUNDING) & (fx[:, 1:] <= 0.0)):
+            index = np.array([piece])
+
+            def force(t: float, index: IntArray = index) -> float:
+                return float(pieces.at(index, np.array([t])).reaction_fx[0])
+
+            at = np.array([brentq(force, places[piece, k], places[piece, k + 1], xtol=1e-15)])
+            found = float(pieces.displacements(index, at)[0])
+            last = max(last, found) if found < x0 else last
+        return last
 
     def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
         """How sticking of a locked tip ends, and in which state.

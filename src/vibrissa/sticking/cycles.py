@@ -136,18 +136,20 @@ def stick_slip(
     s = np.linspace(0.0, 1.0, shape_points)
 
     @cache  # on a level stage all later periods are the same
-    def period(curve: StickingCurve, last: int, drags: bool) -> _Period:
-        return _period(curve, step_position(np.arange(1 + last), dx0), s, drags=drags)
+    def period(curve: StickingCurve, last: int, start: float, drags: bool) -> _Period:
+        return _period(curve, start + step_position(np.arange(1 + last), dx0), s, drags=drags)
 
     periods, one, message = [_no_period(s)], curve, ""
     outcome, _, _ = _end_of_sticking(curve, float(mu0))
     for number in range(1 + cycles):
         status, until, slips = _end_of_sticking(one, float(mu0), later=number > 0)
         if status in (Status.SLIP, Status.LOCK):
+            # After a slip on a later rise of −tan α the tip rests at the foot of this rise.
+            start = one.rest(until) if number > 0 and status is Status.SLIP else 0.0
             # The last cycle ends with the state into which the tip slips.
-            last = int(last_step_within(np.array(until), dx0)) if number < cycles else 0
+            last = int(last_step_within(np.array(until - start), dx0)) if number < cycles else 0
             drags = number > 0 and slips and status is Status.LOCK
-            periods.append(period(one, last, drags))
+            periods.append(period(one, last, start, drags))
         if number == cycles or not slips:
             if number < cycles or status not in (Status.SLIP, Status.LOCK):
                 message = f"at the height {one.eta:.6g} (in units of L): {one.message or status}"
