@@ -4,7 +4,7 @@ While the tip slips, the clamp rests; x0 falls if the tip was pushed, and rises 
 The kinetic energy is the integral over x0 of the tangential force less kinetic friction.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -107,9 +107,11 @@ class Slip:
         if self.law is SlipLaw.FREE:
             # Where a pushed tip was pushed back before, it meets a state with α = 0 there.
             between = self.response.demand(np.linspace(0.0, x0, LOOKS)[1:])
-            return self._slide(x0, 0.0) if x0 > 0.0 and between.min() < 0.0 else 0.0
+            if x0 > 0.0 and between.min() < 0.0:
+                return replace(self, law=SlipLaw.KINETIC, ratio=0.0)._slide(x0)
+            return 0.0
         for _ in range(REVERSALS):
-            x0 = self._slide(x0, self.ratio)
+            x0 = self._slide(x0)
             if np.isnan(x0):
                 return x0
             holds = float(self.surface(self.response.contact(self.clamp, x0, self.side)))
@@ -118,11 +120,8 @@ class Slip:
         place = f"the clamp at {self.surface.told(self.clamp)}"
         raise ArgumentError(f"with {place} a slip has over {REVERSALS} slides: take another law")
 
-    def _slide(self, x0: float, ratio: float) -> float:
-        """Find x0 where a slide in one direction ends (L); NaN if it leaves the computed states.
-
-        `ratio` is that of kinetic to static friction.
-        """
+    def _slide(self, x0: float) -> float:
+        """Find x0 where a slide in one direction ends (L); NaN if it leaves the computed states."""
         response, surface = self.response, self.surface
         # A pushed tip slides to lower x0, a pulled one to higher.
         ahead = -1.0 if x0 > 0.0 else 1.0
@@ -136,7 +135,7 @@ class Slip:
             breaks = np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])
             way = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
             fx, fy, _ = np.moveaxis(response(x0 + ahead * way), -1, 0)
-            force = ahead * fx + ratio * surface(contact + onward * way) * fy
+            force = ahead * fx + self.ratio * surface(contact + onward * way) * fy
             return BPoly(COEFFICIENTS @ force.T, breaks)
 
         longest = abs(float(response.clip(ahead * np.inf)) - x0)
