@@ -2,15 +2,16 @@
 
 Both solve the same equations and share no code. At each point, these numbers are compared: the
 displacement at which the tip slips; force, slope, contact point and clamp moment at this onset; the
-critical friction coefficient; and the displacement at which a locked rod buckles laterally
-(`x0_end`). Most points have the ideal mounting, some have all deviations of the mounting at once.
-The check fails if a number differs by more than 1e-8, or if one solver finds a state that the other
-does not find.
+critical friction coefficient; and where and how the path ends (`x0_end`, `ends_by`). Most points
+have the ideal mounting, some have all deviations of the mounting at once; rods are round or planar.
+The check fails if a number differs by more than the tolerance, or if one solver finds a state that
+the other does not find.
 """
 
 import argparse
 import json
 import sys
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from validation.node import Scripts, node
 from validation.records import write_record
 from vibrissa.explorer.modules import bundle
 from vibrissa.mechanics.mounting import IDEAL, Mounting
-from vibrissa.outcomes import Contact, End
+from vibrissa.outcomes import Contact, End, RodSection
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
 from vibrissa.wording import markdown_table
@@ -29,13 +30,22 @@ CHUNK = 50
 THETA, ETA, MU0 = (1.0, 8.0), (0.4, 0.97), (0.02, 1.0)
 # Ranges of β, c, κ0 at the clamp and at the tip, and δ.
 DEVIATIONS = ((-0.2, 0.2), (0.0, 0.3), (-0.4, 0.3), (-0.4, 0.4), (-0.1, 0.1))
-QUANTITIES = ("x0_slip", "f", "alpha", "phi1", "s_c", "reaction_m", "mu_lock", "x0_end")
+QUANTITIES = ("x0_slip", "f", "alpha", "phi1", "s_c", "reaction_m", "mu_lock", "x0_end", "ends_by")
+# Ends of paths in the page's program; `ends_by` is the place in this list.
+ENDS = {
+    "swings": End.SWINGS_ASIDE,
+    "snaps": End.SNAPS,
+    "lifts": End.LIFTS_OFF,
+    "inadmissible": End.OUT_OF_REACH,
+    "lost": End.NOT_FOLLOWED,
+}
 PROGRAM = """
-function answer({ theta, eta, contact, mu0, mounting }) {
-  const { path, message } = solvedPath({ theta, eta, contact, round: true, mounting });
+function answer({ theta, eta, contact, mu0, mounting, section }) {
+  const round = section === "round";
+  const { path, message } = solvedPath({ theta, eta, contact, round, mounting });
   if (!path) return { message };
   const found = { mu_lock: path.muLock, end: path.pushed.end, nodes: path.branch.rod.nodes };
-  if (path.pushed.end === "swings") found.x0_end = path.x0End;
+  found.x0_end = path.x0End;
   const slip = onset(path, mu0);
   if (!slip) return found;
   return {
@@ -55,6 +65,7 @@ class Point(NamedTuple):
     mu0: float
     contact: Contact
     mounting: Mounting = IDEAL
+    section: RodSection = RodSection.ROUND
 
     def asked(self) -> dict[str, Any]:
         """Return the point as input of the page's solver."""
@@ -67,7 +78,14 @@ class Point(NamedTuple):
         return self._asdict() | {"mounting": mounting}
 
 
-def points(count: int, seed: int, contact: Contact, *, mounted: bool = False) -> list[Point]:
+def points(
+    count: int,
+    seed: int,
+    contact: Contact,
+    *,
+    mounted: bool = False,
+    section: RodSection = RodSection.ROUND,
+) -> list[Point]:
     """Draw random points in one kind of contact; if `mounted`, with random mountings."""
     random = np.random.default_rng(seed)
     values = np.column_stack([random.uniform(*span, count) for span in (THETA, ETA, MU0)])
@@ -82,15 +100,20 @@ def points(count: int, seed: int, contact: Contact, *, mounted: bool = False) ->
         for angle, compliance, bend, at_tip, stage in deviations.tolist()
     ]
     drawn = zip(values.tolist(), mountings, strict=True)
-    return [Point(*value, contact, mounting if mounted else IDEAL) for value, mounting in drawn]
+    return [
+        Point(*value, contact, mounting if mounted else IDEAL, section) for value, mounting in drawn
+    ]
 
 
 def in_python(wanted: list[Point]) -> list[dict[str, float]]:
     """Solve points of one kind of contact in Python."""
     found = []
     for start in range(0, len(wanted), CHUNK):
-        theta, eta, mu0, contact, mountings = zip(*wanted[start : start + CHUNK], strict=True)
-        curves = solve_curves(np.array(theta), np.array(eta), contact[0], mountings)
+        theta, eta, mu0, contact, mountings, section = zip(
+            *wanted[start : start + CHUNK], strict=True
+        )
+        rods = np.array(theta), np.array(eta)
+        curves = solve_curves(*rods, contact[0], mountings, section[0])
         found += [numbers(*pair) for pair in zip(curves, mu0, strict=True)]
     return found
 
@@ -100,9 +123,12 @@ def numbers(curve: StickingCurve, mu0: float) -> dict[str, float]:
     if not curve.pieces:
         return {}
     x0 = curve.onset(mu0)
-    answer = {"x0_slip": float(x0), "mu_lock": curve.mu_lock}
-    if curve.end is End.SWINGS_ASIDE:
-        answer["x0_end"] = curve.x0_end
+    answer = {
+        "x0_slip": float(x0),
+        "mu_lock": curve.mu_lock,
+        "x0_end": curve.x0_end,
+        "ends_by": float([*ENDS.values()].index(curve.end)),
+    }
     if np.isfinite(x0):
         state = curve.state(x0)
         seen = ("f", "alpha", "phi1", "s_c", "reaction_m")
@@ -115,7 +141,9 @@ def in_javascript(page: Scripts, wanted: list[Point]) -> list[dict[str, Any]]:
     asked = json.dumps([point.asked() for point in wanted])
     answers = json.loads(page.evaluate(f"JSON.stringify({asked}.map(answer))"))
     # A number that is not finite is null in JSON.
-    return [{key: value for key, value in row.items() if value is not None} for row in answers]
+    found = [{key: value for key, value in row.items() if value is not None} for row in answers]
+    places = {name: float(place) for place, name in enumerate(ENDS)}
+    return [row | {"ends_by": places[row["end"]]} if "end" in row else row for row in found]
 
 
 def open_solver(page: Scripts) -> None:
@@ -162,11 +190,12 @@ def main() -> None:
     with node() as page:
         open_solver(page)
         for kind, count in {"ideal": options.points, "mounted": options.mounted}.items():
-            for contact in Contact:
-                # Other rods in each kind of contact.
+            for contact, section in product(Contact, RodSection):
+                # Other rods in each kind of contact, half of them round.
                 seed = options.seed + len(found)
-                wanted = points(count, seed, contact, mounted=kind == "mounted")
-                found[f"{kind}, {contact}"] = compared(wanted, page)
+                mounted = kind == "mounted"
+                wanted = points(count // 2, seed, contact, mounted=mounted, section=section)
+                found[f"{kind}, {contact}, {section}"] = compared(wanted, page)
     print(table(found))
     if options.record:
         write_record("explorer-agreement", __doc__, table(found))

@@ -21,7 +21,8 @@ class Status(StrEnum):
     SLIP
         The tip slips forward: the onset was found.
     LOCK
-        The tip never slips forward: μ0 exceeds the critical friction coefficient μ_lock.
+        The tip does not slip forward: μ0 exceeds the critical friction coefficient μ_lock, or the
+        tip slips back before −tan α reaches μ0.
     OUT_OF_REACH
         The shape is inadmissible (see `vibrissa.mechanics.admissibility`), or the rod has no state
         with α = 0; the message gives the reason.
@@ -42,12 +43,13 @@ NO_RESULT = (Status.FAILED, Status.OUT_OF_REACH)
 
 
 class End(StrEnum):
-    """How sticking ends after self-locking.
+    """How sticking of a locked tip ends.
 
     Attributes
     ----------
     SLIPS_BACK
-        tan α = +μ0: the tip slips in the direction opposite to the motion of the clamp.
+        tan α = +μ0: the tip slips in the direction opposite to the motion of the clamp. In a
+        mounting that is not ideal this may happen before −tan α is largest.
     SWINGS_ASIDE
         A round rod buckles laterally, with the contact point on or near the clamp's axis
         (docs/lateral.md). The rod then trails behind the clamp until its tip slips; this motion is

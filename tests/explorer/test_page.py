@@ -569,7 +569,7 @@ class TestFunctions:
         [
             ({"theta": 2, "eta": 0.98, "beta": 10, "kappa0": -0.3, "delta": -6}, "slips", 1),
             ({"theta": 1, "eta": 0.95, "beta": 20}, "slips back", -1),
-            ({"theta": 2.7, "eta": 0.93, "beta": 19, "kappa0": -0.4, "delta": -6}, "lets go", 0),
+            ({"theta": 2.7, "eta": 0.93, "beta": 19, "kappa0": -0.4, "delta": -6}, "slips", 1),
         ],
     )
     def test_before_it_lifts_off_a_tip_ends_to_stick(self, functions, settings, by, friction):

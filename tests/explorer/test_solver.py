@@ -95,17 +95,46 @@ def test_the_work_of_the_stage_is_the_gain_of_energy(page, eta, contact, bent, s
         (
             1.974378,
             0.827829,
-            "point",
+            "line",
             Mounting(clamp_angle=-0.0582, curvature=0.3229),
             "inadmissible",
         ),
+        # The rod comes down to its clamp: deep, for a short way, and at the clamp itself.
+        (1, 0.15, "line", Mounting(), "inadmissible"),
+        (1, 0.25, "point", Mounting(), "inadmissible"),
+        (1, 0.312745, "point", Mounting(), "inadmissible"),
+        (
+            1.72,
+            0.446,
+            "point",
+            Mounting(
+                clamp_angle=-0.0339, clamp_compliance=0.929, curvature=(2.95, -5.26, 7.71, -1.2)
+            ),
+            "inadmissible",
+        ),
+        # The rod is above the surface on a part of the path.
+        (
+            2.7468,
+            0.6336,
+            "point",
+            Mounting(clamp_angle=0.2345, curvature=(0.499, 0.195), stage_angle=0.0366),
+            "snaps",
+        ),
+        # The demand rises twice.
+        (
+            1.77,
+            0.9665,
+            "point",
+            Mounting(clamp_angle=-0.2556, clamp_compliance=0.884, curvature=0.042),
+            "lifts",
+        ),
         # The tail comes down to the clamp.
         (2, 0.15, "line", Mounting(curvature=-0.5), "inadmissible"),
-        # An arch of 8e-12 L, where the tip comes back up.
+        # An arch where the tip is nearly parallel to the surface.
         (
             2.6091380808913547,
             0.5859093093085025,
-            "point",
+            "line",
             Mounting(
                 clamp_angle=-0.026344082578788314,
                 clamp_compliance=0.2648335987496727,

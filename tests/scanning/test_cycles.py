@@ -5,7 +5,7 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from vibrissa import Status, solve_curve, stick_slip
+from vibrissa import Mounting, Status, solve_curve, stick_slip
 from vibrissa.outcomes import End
 from vibrissa.sticking.curve import failed_curve
 
@@ -132,3 +132,16 @@ def test_a_shape_of_two_points_has_both_ends(curve):
     assert few.x.shape == (len(scan), 2)
     for name in ("x", "y"):
         assert getattr(few, name) == pytest.approx(getattr(many, name)[:, [0, -1]], abs=1e-15)
+
+
+def test_a_tip_that_slips_on_a_second_rise_of_its_demand_stops_at_the_foot_of_this_rise():
+    mounting = Mounting(clamp_angle=-0.2556, clamp_compliance=0.884, curvature=0.042)
+    whole = solve_curve(1.77, 0.9665, mounting=mounting, section="planar")
+    scan = stick_slip(whole, 0.3, 0.005, 2)
+    slips = np.flatnonzero(scan.phase == "slip")
+    # 0.457759 + 3·0.005 < 0.474486: four steps from slip to slip.
+    assert slips.tolist() == [95, 99]
+    assert scan.state.x0[slips] == pytest.approx([0.457759] * 2, abs=1e-6)
+    assert scan.state.alpha[slips] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert np.ptp(scan.clamp - scan.contact - scan.state.x0) < 1e-12
+    assert scan.shapes().residual.max() < 1e-11

@@ -121,6 +121,18 @@ def test_a_lock_ends_the_scan_where_nothing_further_is_computed(whisker, pull):
     assert end - 0.001 < result.x0[-1] <= end
 
 
+def test_a_tip_that_slips_on_a_second_rise_of_its_demand_comes_to_rest_at_its_foot():
+    mounting = Mounting(clamp_angle=-0.2556, clamp_compliance=0.884, curvature=0.042)
+    response = respond(1.77, 0.9665, mounting=mounting, section=RodSection.PLANAR)
+    result = simulate(response, surfaces.constant(0.3), path("0.001", ["0.52"]))
+    assert result.outcome is Outcome.COMPLETE
+    slip = int(np.argmax(slips(result)))
+    assert result.x0[slip - 1] < 0.474485888 < result.x0[slip - 1] + 0.001
+    # The nearest state with α = 0; another one is at x0 = 0.
+    assert result.x0[slip] == pytest.approx(0.457759, abs=1e-6)
+    assert slips(result).sum() == 3
+
+
 def test_turned_back_in_time_a_locked_tip_is_free_again(response):
     surface = surfaces.patches([0.0, 0.6], [0.3, 0.5])
     result = simulate(response, surface, path("0.001", ["0.5", "-0.1"]))

@@ -6,7 +6,7 @@ That one is written in another language and shares no code with this one.
 import numpy as np
 import pytest
 
-from vibrissa import Mounting, solve_curve, solve_state
+from vibrissa import Mounting, solve_curve, solve_onset, solve_state
 from vibrissa.outcomes import End
 
 LEANS = 0.4
@@ -66,15 +66,23 @@ def test_a_rod_that_a_stage_takes_off_the_surface_lifts_off():
     assert states.reaction_fx == pytest.approx(-np.array([1.0, 100.0]) * states.reaction_fy)
 
 
-def test_a_tip_that_would_slip_back_before_it_lifts_off_locks():
+def test_a_tip_that_does_not_slip_back_between_two_rises_of_its_demand_slips_forward():
     mounting = Mounting(stage_angle=-0.1, clamp_angle=0.33, curvature=-0.37)
     curve = solve_curve(2.7, 0.93, mounting=mounting)
-    demand = curve.mobilised_friction(np.linspace(0.0, curve.x0_end, 2001))
-    assert curve.mu_lock == pytest.approx(demand.max(), abs=1e-6) and curve.mu_lock < 0.14
-    ends, states = curve.motion_end(np.array([0.138, 0.15, 10.0]))
-    assert ends == [End.SLIPS_BACK, End.SLIPS_BACK, End.NOT_FOLLOWED]
-    assert states.mobilised_friction[:2] == pytest.approx([-0.138, -0.15])
-    assert "the normal force vanishes beyond x0 = 0.364367: a tip that" in curve.end_message
+    assert curve.end is End.LIFTS_OFF and curve.mu_lock == np.inf
+    demand = curve.mobilised_friction(np.linspace(0.0, 0.364367, 2001))
+    assert 0.1369 < demand.max() < 0.137 and demand.min() < -0.15
+    # Between the two rises the tip slips back, unless friction holds it.
+    ends, states = curve.motion_end(np.array([0.138, 0.15]))
+    assert ends == [End.SLIPS_BACK, End.SLIPS_BACK]
+    assert states.mobilised_friction == pytest.approx([-0.138, -0.15])
+    x0 = curve.onset([0.1365, 0.138, 0.15, 10.0])
+    assert np.isnan(x0[1:3]).all() and x0[0] < 0.364367 < x0[3] < curve.x0_end
+    assert curve.mobilised_friction(x0[[0, 3]]) == pytest.approx([0.1365, 10.0])
+    onset = solve_onset(2.7, 0.15, 0.93, mounting=mounting)
+    assert (onset.status, onset.end) == ("lock", "slips_back")
+    assert "it slips back before -tan alpha reaches mu0" in onset.message
+    assert float(onset.ended.x0) == states.x0[1]
 
 
 def test_a_single_state_is_found_on_both_sides_of_a_kink_and_next_to_a_limit_point():

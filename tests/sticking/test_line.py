@@ -165,7 +165,9 @@ def test_a_rod_that_lies_down_is_held_more_firmly():
 def test_a_lock_in_a_kink_lies_where_the_contact_changes(theta, eta):
     curve = line(theta, eta)
     assert curve.x0_lock == curve.x0_touch == curve.pieces.first_x0[1]
-    assert curve.contact(curve.x0_lock) == ["line"]
+    # In the kink itself only the tip touches.
+    assert curve.state(curve.x0_lock).s_c == pytest.approx(1.0, abs=1e-9)
+    assert curve.contact(curve.x0_lock + np.array([0.0, 1e-6])) == ["point", "line"]
     assert curve.x0_touch == pytest.approx(solve_curve(theta, eta).x0_touch, abs=1e-11)
 
 

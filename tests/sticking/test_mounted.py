@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, quad, solve_ivp
 
-from vibrissa import Mounting, Status, solve_curve, solve_onset, solve_state, stick_slip
+from vibrissa import (
+    Mounting,
+    Status,
+    friction_from_travel,
+    solve_curve,
+    solve_onset,
+    solve_state,
+    stick_slip,
+)
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.outcomes import Contact, RodSection
@@ -299,3 +307,48 @@ def test_a_curve_says_why_it_ends_where_its_tail_is_about_to_rise():
     )
     found = curve(5.95019845118145, 0.8393079164502655, mounting, Contact.LINE)
     assert found.status == "out_of_reach" and "crosses the surface" in found.message
+
+
+# A rod whose −tan α rises to 0.254, falls below zero, and rises again until it lifts off.
+TWICE = Mounting(clamp_angle=-0.2556, clamp_compliance=0.884, curvature=0.042)
+
+
+@pytest.mark.parametrize("section", RodSection)
+def test_a_tip_held_by_more_friction_than_the_first_maximum_slips_on_the_second_rise(section):
+    found = [
+        solve_onset(1.77, mu0, 0.9665, mounting=TWICE, section=section) for mu0 in (0.2, 0.3, 0.6)
+    ]
+    # From another program, which shoots from the contact point.
+    assert [float(onset.x0_slip) for onset in found[1:]] == pytest.approx(
+        [0.474485888, 0.477928455], abs=1e-9
+    )
+    assert [onset.status for onset in found] == ["slip"] * 3 and found[0].x0_slip < 1e-4
+    assert all(onset.mu_lock == np.inf for onset in found)
+    whole = solve_curve(1.77, 0.9665, mounting=TWICE, section=section)
+    x1, height = whole.contact_point(found[1].x0_slip)
+    alone = solve_state(1.77, float(height), float(x1), mounting=TWICE)
+    assert alone.reaction_fx / alone.reaction_fy == pytest.approx(0.3, abs=1e-9)
+    assert alone.stability > 0.9
+
+
+def test_friction_follows_from_a_travel_on_the_second_rise():
+    found = friction_from_travel(1.77, 0.9665, 0.474, 0.001, mounting=TWICE, section="planar")
+    assert 0.2542 < found.low < 0.3 < found.high < 0.6
+    whole = solve_curve(1.77, 0.9665, mounting=TWICE, section="planar")
+    assert whole.onset([found.low, found.high]) == pytest.approx([0.474, 0.475], abs=1e-9)
+    # Between the maxima −tan α is below the first one.
+    with pytest.raises(ArgumentError, match="no friction lets the tip slip in the step"):
+        friction_from_travel(1.77, 0.9665, 0.3, 0.001, mounting=TWICE, section="planar")
+
+
+@pytest.mark.parametrize("contact", Contact)
+def test_a_yielding_rod_ends_where_it_begins_to_dip_at_its_clamp(contact):
+    mounting = Mounting(
+        clamp_angle=-0.0339, clamp_compliance=0.929, curvature=(2.95, -5.26, 7.71, -1.2)
+    )
+    found = solve_curve(1.72, 0.446, contact=contact, mounting=mounting, section="planar")
+    assert found.end == "out_of_reach" and "dips below the level" in found.end_message
+    assert found.x0_end == pytest.approx(0.0692685, abs=5e-8)
+    end = found.state(found.x0_end)
+    slope = np.pi / 2 + mounting.clamp_angle + mounting.clamp_compliance * end.reaction_m
+    assert slope == pytest.approx(0.0, abs=1e-10)

@@ -156,9 +156,8 @@ interface Path {
   pushed: Arm;
   pulled: Arm;
   lock: Knot | null; // the critical state; null where −tan α has no maximum
-  muLock: number; // infinite if the tip lifts off; NaN if the path ends before the lock
+  muLock: number; // largest demand; infinite if the tip lifts off while pushed forward; NaN if the path ends before
   x0End: number; // displacement up to which a pushed tip may stick
-  endsBy: Limit;
   x0Pulled: number; // displacement at the end of the pulled arm, negative
 }
 
@@ -184,7 +183,7 @@ interface Friction {
 }
 
 /** Why sticking ends at a displacement. */
-type Limit = End | "slips" | "slips back" | "lets go";
+type Limit = End | "slips" | "slips back";
 
 /** Displacements x0 at which sticking ends on a path with given friction. */
 interface Sticking {
@@ -195,7 +194,7 @@ interface Sticking {
   low: number; // where sticking ends when x0 falls
   lowBy: Limit;
   touch: number; // where the tip's slope is zero; NaN where it never is
-  lock: number; // at the critical state; NaN if the tip slips before it
+  lock: number; // at the critical state; NaN if the tip slips forward
 }
 
 /** Where clamp and tip are. */

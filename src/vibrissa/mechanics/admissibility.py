@@ -4,14 +4,17 @@ A state is rejected where the rod
 
 - dips below the level of its clamp, where the sensor's housing is;
 - crosses itself, which a plane model does not describe;
-- crosses the surface away from its contact point.
+- crosses the surface away from its contact point, unless only its tip may touch the surface.
 
-A shape with φ1 < 0 passes through the surface next to its tip. The paper's model has such shapes:
-they are not rejected, but marked ``penetrates``. In line contact of a curved rod, the *tail* beyond
-the contact point hangs free and may cross the rest of the rod.
+The paper's model, in which only the tip may touch, has shapes that pass through the surface: with
+φ1 < 0 next to the tip, or as an arch. They are not rejected, but marked ``penetrates``. In line
+contact of a curved rod, the *tail* beyond the contact point hangs free and may cross the rest of
+the rod.
 """
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -23,6 +26,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
+from vibrissa.outcomes import Contact
 
 # Rounding error of a clearance (L): a shape is inadmissible if a clearance is below minus this.
 TOLERANCE = 1e-12
@@ -65,6 +69,8 @@ class Clearance(Batch):
 
     Attributes
     ----------
+    start : ndarray, shape (n,)
+        Sine of the slope at the clamp: a rod that yields so much that it is negative dips at once.
     clamp : ndarray, shape (n,)
         Height above the clamp of the rod's lowest local minimum, or of its tail beyond the contact
         point.
@@ -76,19 +82,37 @@ class Clearance(Batch):
         Smallest distance between two parts of the rod; negative if they overlap.
     """
 
+    start: FloatArray
     clamp: FloatArray
     surface: FloatArray
     itself: FloatArray
 
     @property
     def smallest(self) -> FloatArray:
-        """Smallest of the three clearances, shape (n,)."""
-        return np.minimum(np.minimum(self.clamp, self.surface), self.itself)
+        """Smallest of the clearances, shape (n,)."""
+        return np.minimum.reduce([*self.columns.values()])
+
+    def only(self, names: Collection[str]) -> Self:
+        """Return these clearances, with all others infinite."""
+        others = [name for name in self.names() if name not in names]
+        return replace(self, **{name: np.full_like(self.start, np.inf) for name in others})
 
     def reasons(self, row: int) -> str:
         """State why the shape in a row is inadmissible; empty if it is admissible."""
-        limits = {BELOW: self.clamp, CROSSES_SURFACE: self.surface, CROSSES_ITSELF: self.itself}
+        limits = {
+            BELOW: np.minimum(self.start, self.clamp),
+            CROSSES_SURFACE: self.surface,
+            CROSSES_ITSELF: self.itself,
+        }
         return "; ".join(reason for reason, c in limits.items() if c[row] < -TOLERANCE)
+
+
+# Clearances that must not be negative in the two models of contact: where only the tip may touch
+# the surface, the rest of the rod may pass through it.
+LIMITS = {
+    Contact.POINT: ("start", "clamp", "itself"),
+    Contact.LINE: ("start", "clamp", "surface", "itself"),
+}
 
 
 def clearances(states: RodStates, eta: FloatArray) -> Clearance:
@@ -100,7 +124,12 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         Height of each rod's surface above its clamp (L).
     """
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
-    high, low = states.phi.max(axis=1), states.phi.min(axis=1)
+    at_clamp = (
+        states.natural_slope(np.zeros(1))[:, 0] + states.clamp_compliance * ends(states).moment
+    )
+    found.start[:] = np.sin(at_clamp)
+    high = np.maximum(states.phi.max(axis=1), at_clamp)
+    low = np.minimum(states.phi.min(axis=1), at_clamp)
     curved, curls = states.curvature.shape[1] > 0, np.zeros(len(states), dtype=bool)
     if curved:
         _, up, turn = _tail(states)
@@ -167,9 +196,9 @@ class _Shapes(Batch):
 
     @property
     def places(self) -> FloatArray:
-        """Gauss nodes in τ, and more places next to the tip."""
+        """Clamp, Gauss nodes in τ, and more places next to the tip."""
         nodes = gauss_rule(self.slope.shape[1]).nodes
-        return np.sort(np.append(nodes, 1.0 - NEXT_TO_TIP))
+        return np.sort(np.concatenate([[0.0], nodes, 1.0 - NEXT_TO_TIP]))
 
     @property
     def end(self) -> float:

@@ -332,7 +332,7 @@ def simulate(
         step, until = tip.end(path, at)
         if step == len(path):
             break
-        margin, past_lock = tip.exit(until)
+        margin, pushed = tip.exit(until)
         if margin is Margin.END and stage.rod.swings:
             swing = swing or _message(SWINGS, tip, until, float(positions[step]), spell)
             # After lateral buckling the tip is at its mirror image about the clamp.
@@ -342,7 +342,7 @@ def simulate(
         elif margin is Margin.END and isinstance(stage.rod, Response) and not stage.rod.whole:
             outcome, message = Outcome(stage.rod.curve.status), stage.rod.curve.message
             break
-        elif margin is Margin.END or (past_lock and margin is Margin.BACKWARD):
+        elif margin is Margin.END or (pushed and margin is Margin.BACKWARD):
             outcome = Outcome.LOCK
             message = _message(STAYS, tip, until, float(positions[step - 1]), spell)
             break

@@ -4,7 +4,7 @@ While the tip slips, the clamp rests; x0 falls if the tip was pushed, and rises 
 The kinetic energy is the integral over x0 of the tangential force less kinetic friction.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -25,6 +25,8 @@ REVERSALS = 100
 SOUGHT = (0.05, 0.25, 1.0)
 # Longest cell of a slide (L), and degree of the polynomial of the force in a cell.
 LONGEST_CELL, DEGREE = 1e-3, 6
+# Number of places at which a state with α = 0 is sought before a slip.
+LOOKS = 257
 # Largest distance that counts as 0, in roundings of a position.
 ROUNDINGS = 8.0
 
@@ -90,9 +92,13 @@ class Slip:
         ArgumentError
             If the tip reaches an unknown part of the surface, or slides to and fro for too long.
         """
-        if self.law is SlipLaw.FREE:
-            return 0.0
         x0 = float(self.response.clip(x0))
+        if self.law is SlipLaw.FREE:
+            # Where a pushed tip was pushed back before, it meets a state with α = 0 there.
+            between = self.response.demand(np.linspace(0.0, x0, LOOKS)[1:])
+            if x0 > 0.0 and between.min() < 0.0:
+                return replace(self, law=SlipLaw.KINETIC, ratio=0.0)._slide(x0)
+            return 0.0
         for _ in range(REVERSALS):
             x0 = self._slide(x0)
             if np.isnan(x0):

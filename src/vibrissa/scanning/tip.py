@@ -51,10 +51,10 @@ class EndOfSticking(NamedTuple):
 
 
 class Exit(NamedTuple):
-    """How sticking ends: which margin is used up, and whether x0 > x0_lock."""
+    """How sticking ends: which margin is used up, and whether the clamp pushes the tip (x0 > 0)."""
 
     margin: Margin
-    past_lock: bool
+    pushed: bool
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -125,9 +125,9 @@ class Tip:
 
     def exit(self, clamp: float) -> Exit:
         """Return how sticking ends at a clamp position."""
-        states, x0 = self.stage.states(clamp, self.contact, self.side)
+        x0 = self.stage.states(clamp, self.contact, self.side).x0
         least = Margin(int(np.argmin(self.margins(clamp))))
-        return Exit(margin=least, past_lock=bool(x0 > states.x0_lock))
+        return Exit(margin=least, pushed=bool(x0 > 0.0))
 
     def end(self, path: ClampPath, clamp: float) -> EndOfSticking:
         """Find the first step at which the tip no longer sticks.

@@ -13,6 +13,7 @@ import numpy as np
 
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.admissibility import TOLERANCE, clearances
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.equations import ends, shape
 from vibrissa.mechanics.mounting import IDEAL, Mounting
@@ -21,8 +22,8 @@ from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
-from vibrissa.sticking.curve import SAME, StickingCurve
-from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.piece import AHEAD, BACK, StickingState
 from vibrissa.sticking.solving import collocation
 from vibrissa.sticking.solving.offsets import solve_offset
 from vibrissa.sticking.stiction import Stiction, read_curve
@@ -64,8 +65,11 @@ class EquilibriumState(ContactState):
 
     @property
     def penetrates(self) -> bool:
-        """Whether the shape passes through the surface: φ1 < 0 in point contact."""
-        return self.contact == Contact.POINT and bool(self.phi1 < 0.0)
+        """Whether the shape passes through the surface in point contact: φ1 < 0, or an arch."""
+        if self._solution is None or self.contact != Contact.POINT:
+            return False
+        clearance = clearances(self._solution, np.array([self.eta]))
+        return bool(self.phi1 < 0.0 or clearance.surface[0] < -TOLERANCE)
 
     def shape(self, s: FloatArray | None = None) -> Shape:
         """Deformed shape with the clamp at the origin.
@@ -99,25 +103,28 @@ class Onset:
     Attributes
     ----------
     status : Status
-        ``slip``, ``lock`` (μ0 > μ_lock: the tip never slips forward), ``out_of_reach`` or
-        ``failed``.
+        ``slip`` (forward), ``lock`` (the tip slips back first, or sticks up to the end of the
+        curve), ``out_of_reach`` or ``failed``.
     message : str
         Explanation of the status, and what to try.
     x0_slip : float
-        Exact onset of slip (L); NaN unless the tip slips.
+        Exact onset of slip (L), the first state on the curve with −tan α = μ0; NaN unless the tip
+        slips forward.
     n_steps : int or None
         Number of steps from α = 0 to the last step at which the tip sticks; None without dx0 or
         without an onset.
     x0_max : float
         Displacement after `n_steps` steps, the paper's x0,max (L); NaN where `n_steps` is None.
     mu_lock : float
-        Friction coefficient above which the tip is self-locking.
+        Largest −tan α on the curve, infinite if the normal force vanishes while the clamp pushes
+        the tip forward. A tip with a larger μ0 never slips forward.
     slip : StickingState
         State at the exact onset of slip.
     end : str
-        How sticking ends after self-locking (`vibrissa.outcomes.End`); empty unless the tip locks.
+        How sticking of a locked tip ends (`vibrissa.outcomes.End`), with ``slips_back`` also before
+        −tan α is largest; empty unless the tip locks.
     ended : StickingState
-        State in which sticking ends after self-locking; NaN unless the tip locks.
+        State in which sticking of a locked tip ends; NaN unless the tip locks.
     trail : StickingState
         Last sticking state after lateral buckling, when the rod trails behind the clamp; NaN if
         the rod does not buckle. Its x0 counts from the α = 0 state in which the period began.
@@ -150,7 +157,7 @@ class Onset:
             ("reaction_fx", slip.reaction_fx, "E·I0/L²", "load on the clamp"),
             ("reaction_fy", slip.reaction_fy, "E·I0/L²", "load on the clamp"),
             ("reaction_m", slip.reaction_m, "E·I0/L", "load on the clamp"),
-            ("x0_end", self.ended.x0, "L", f"end past the lock: {self.end}"),
+            ("x0_end", self.ended.x0, "L", f"end of sticking: {self.end}"),
             ("x0_trail", self.trail.x0, "L", "last sticking state of the trailing rod"),
             ("residual", self.residual, "", "largest residual of the equilibrium equations"),
         ]
@@ -456,7 +463,8 @@ def friction_from_travel(
 ) -> FrictionRange:
     """Estimate the friction coefficient from the displacement x0,max of one period of sticking.
 
-    The tip still sticks at x0,max and slips one step later, so that −tan α reaches μ0 in this step.
+    The tip still sticks at x0,max and slips forward one step later: −tan α reaches μ0 in this step
+    for the first time, and tan α has not reached it before.
 
     Parameters
     ----------
@@ -497,30 +505,18 @@ def friction_from_travel(
     if not (travel := float(x0_max)) < curve.x0_lock:
         raise ArgumentError(
             f"x0_max must lie below {curve.x0_lock:.6g}, got {x0_max}: at any friction the tip of "
-            "this rod slips at a smaller x0, or it locks"
+            "this rod slips at a smaller x0, or it does not slip forward"
         )
-    low, high = (_largest(curve, x0) for x0 in (travel, travel + float(dx0)))
-    if not high > low:
+    until = min(travel + float(dx0), curve.x0_lock)
+    # A tip with less friction than `held` has slipped forward or back before this step.
+    held = max(curve.largest_friction(travel, AHEAD), curve.largest_friction(until, BACK))
+    high = curve.mu_lock if until == curve.x0_lock else curve.largest_friction(until, AHEAD)
+    if not high > held:
         raise ArgumentError(
             f"no friction lets the tip slip in the step after x0_max = {x0_max}: -tan alpha is "
             "not larger there than before, or the step is below rounding"
         )
-    return FrictionRange(low, high)
-
-
-def _largest(curve: StickingCurve, x0: float) -> float:
-    """Largest −tan α from α = 0 to a displacement: the largest μ0 with an onset up to there."""
-    if x0 >= curve.x0_lock:
-        return curve.mu_lock
-    here = float(curve.mobilised_friction(x0))
-    if x0 <= SAME or (here > 0.0 and curve.onset(here) > x0 - SAME):
-        return here
-    # A maximum lies before x0.
-    angles = np.arctan([max(here, 0.0), curve.mu_lock])
-    for _ in range(52):  # halves π/2 down to rounding
-        mu0 = np.tan(angles.mean())
-        angles[int(not curve.onset(mu0) <= x0)] = np.arctan(mu0)
-    return float(np.tan(angles[0]))
+    return FrictionRange(low=held, high=high)
 
 
 def check_surface(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
@@ -560,11 +556,7 @@ def onset_on(
     if status is Status.SLIP:
         message = f"the tip slips at x0 = {told(float(stiction.x0_slip[0]))}"
     elif status is Status.LOCK:
-        message = (
-            f"the tip locks: it slips only for mu0 up to mu_lock = {curve.mu_lock:.6g}; "
-            "choose a smaller mu0, a smaller eta or another theta. Past the lock "
-            + _past_lock(curve, stiction, told)
-        )
+        message = f"{_no_slip(curve, float(mu0))} {_end_of_lock(curve, stiction, told)}"
     else:
         message = curve.message
     stepped = status is Status.SLIP and dx0 is not None
@@ -583,8 +575,21 @@ def onset_on(
     )
 
 
-def _past_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float], str]) -> str:
-    """Describe how sticking ends after self-locking."""
+def _no_slip(curve: StickingCurve, mu0: float) -> str:
+    """Describe why a tip does not slip forward."""
+    if mu0 > curve.mu_lock:
+        return (
+            f"the tip locks: it slips only for mu0 up to mu_lock = {curve.mu_lock:.6g}; "
+            "choose a smaller mu0, a smaller eta or another theta. Past the lock"
+        )
+    return (
+        "the tip locks: it slips back before -tan alpha reaches mu0; choose a smaller or a larger "
+        "mu0. In this period"
+    )
+
+
+def _end_of_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float], str]) -> str:
+    """Describe how sticking of a locked tip ends."""
     x0, trail = told(float(stiction.ended.x0[0])), float(stiction.trail.x0[0])
     then = f" and trails behind the clamp until it slips at x0 = {told(trail)}"
     if curve.mounting != IDEAL:

@@ -11,17 +11,13 @@ from vibrissa.numerics.arrays import FloatArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import End, RodSection, Status
 from vibrissa.sticking.curve import SAME, StickingCurve, failed_curve
-from vibrissa.sticking.piece import Pieces
+from vibrissa.sticking.piece import AHEAD, Pieces
 
 NO_MAXIMUM = (
     "the computed states end before -tan alpha reaches a maximum; try a larger eta or a theta "
     "closer to 1"
 )
 NEVER_PUSHED = "in this mounting the tip is never pushed forward: it slips back or lifts off"
-LIFTS_AFTER = (
-    "the normal force vanishes beyond x0 = {x0:.6g}: a tip that still sticks there slips forward "
-    "or leaves the surface"
-)
 NOT_IN_PLANE = (
     "the rod leaves its plane already at alpha = 0; try section: planar, a smaller eta, or a "
     "curvature that bends the rod less towards the surface"
@@ -40,6 +36,9 @@ class ShapeLimits(Batch):
     ----------
     out_of_reach : ndarray, shape (pieces,)
         Places at which the shape becomes inadmissible.
+    arches : ndarray, shape (pieces,)
+        Places at which an arch rises through the surface where only the tip may touch it. They end
+        no curve.
     swings_aside : ndarray, shape (pieces,)
         Places at which the rod buckles laterally in a non-ideal mounting.
     reason : ndarray of str, shape (pieces,)
@@ -47,6 +46,7 @@ class ShapeLimits(Batch):
     """
 
     out_of_reach: FloatArray
+    arches: FloatArray
     swings_aside: FloatArray
     reason: StrArray
 
@@ -80,7 +80,10 @@ def assembled_curves(
         shape becomes inadmissible before the maximum; the curve then ends at this shape.
     """
     kept = _until_end(followed, ShapeLimits.concatenate(limits))
-    extremes = _extremes(Pieces.concatenate([curve.pieces for curve in kept]))
+    # A curve keeps its first pieces; the last of them may have been cut off before its arch.
+    arches = [one.arches[: len(curve.pieces)] for one, curve in zip(limits, kept, strict=True)]
+    pieces = Pieces.concatenate([curve.pieces for curve in kept])
+    extremes = _extremes(pieces, np.concatenate(arches))
     return [
         _with_lock(curve, _Extremes(*(values[rows] for values in extremes)))
         for curve, rows in zip(kept, _rows(kept), strict=True)
@@ -98,7 +101,9 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
     message = "" if curve.end is End.NOT_FOLLOWED else curve.end_message
     x0_lock, mu_lock = _lock(curve, extremes)
     within = 0.0 < x0_lock < curve.x0_end - SAME
-    if not curve.pieces or not (within or mu_lock == np.inf or curve.end is End.SWINGS_ASIDE):
+    # Up to where it snaps or buckles, the rod sticks at every larger friction.
+    held = curve.end is End.SWINGS_ASIDE or (curve.end is End.SNAPS and x0_lock > 0.0)
+    if not curve.pieces or not (within or mu_lock == np.inf or held):
         if curve.end is not End.OUT_OF_REACH or not curve.pieces:
             if curve.pieces and (curve.pieces.samples.reaction_fx > -ROUNDING).all():
                 message = NEVER_PUSHED
@@ -133,7 +138,6 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
     at[np.isnan(at)] = np.inf
     stop, ends = at.min(axis=0), np.array([*found], dtype=object)[at.argmin(axis=0)]
     begins = stop > pieces.start + SAME
-    forward_at = _pushed_forward_again(pieces, stop)
     shorter, cut = pieces.copy(), np.flatnonzero(begins & (stop < pieces.stop))
     shorter.put(cut, pieces.take(cut).up_to(stop[cut]))
     kept = []
@@ -145,28 +149,9 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
             reason = str(limits.reason[row]) if end is End.OUT_OF_REACH else ""
         if end is End.SWINGS_ASIDE and last == own.start:
             reason = NOT_IN_PLANE
-        turns = own.start + np.flatnonzero(np.isfinite(forward_at[own.start : last]))
-        if end is End.LIFTS_OFF and len(turns):
-            # The lock is the maximum of −tan α before the tip is pushed back, not the lift-off.
-            shorter.put(turns[-1:], pieces.take(turns[-1:]).up_to(forward_at[turns[-1:]]))
-            end, last = End.NOT_FOLLOWED, int(turns[-1]) + 1
-            reason = LIFTS_AFTER.format(x0=shorter.last_x0[last - 1])
         some = shorter.take(np.arange(own.start, last))
         kept.append(replace(curve, pieces=some, end=end, end_message=reason))
     return kept
-
-
-def _pushed_forward_again(pieces: Pieces, stop: FloatArray) -> FloatArray:
-    """Parameter values where fx falls through 0 for the last time before `stop`; NaN if nowhere.
-
-    Before them the tip is pushed back.
-    """
-    rows, fx = np.arange(len(pieces)), pieces.samples.reaction_fx
-    back = (fx > ROUNDING) & (pieces.sample_places < stop[:, None])
-    before = np.logical_or.accumulate(back[:, ::-1], axis=1)[:, ::-1]
-    falling = np.where(before, -np.abs(fx), -fx)
-    at = pieces.first(rows, falling, np.zeros(len(rows)), {"reaction_fx": -1.0})
-    return np.where(before[:, 0] & (at < stop), at, np.nan)
 
 
 def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray:
@@ -186,15 +171,21 @@ def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray
     return at
 
 
-def _extremes(pieces: Pieces) -> _Extremes:
-    """Find where −tan α is largest, and where rods touch the surface."""
+def _extremes(pieces: Pieces, arches: FloatArray) -> _Extremes:
+    """Find where −tan α is largest, and where rods touch the surface; `arches` as in the limits."""
+    peaks = pieces.peaks(AHEAD)
+    states = pieces.at(*peaks)
+    held = np.where(states.reaction_fx <= 0.0, states.mobilised_friction, 0.0)
+    top, demand = pieces.first_x0.copy(), np.zeros(len(pieces))
+    # The highest peak of a piece comes last; of equal ones the first.
+    order = np.lexsort((-np.arange(len(held)), held))
+    top[peaks.piece[order]], demand[peaks.piece[order]] = states.x0[order], held[order]
     rows, tips = np.arange(len(pieces)), np.flatnonzero(~pieces.line)
-    states = pieces.at(rows, pieces.largest_friction())
-    demand = np.where(states.reaction_fx <= 0.0, states.mobilised_friction, 0.0)
     touch, none = pieces.first_x0.copy(), np.zeros(len(tips))
     at = pieces.first(tips, -pieces.samples.phi1, none, {"phi1": 1.0})
-    touch[tips] = pieces.displacements(tips, at)
-    return _Extremes(top=states.x0, demand=demand, touch=touch)
+    arch = np.where(arches <= pieces.stop, arches, np.nan)
+    touch[tips] = np.fmin(pieces.displacements(tips, at), pieces.displacements(rows, arch)[tips])
+    return _Extremes(top=top, demand=demand, touch=touch)
 
 
 def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:

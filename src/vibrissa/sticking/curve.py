@@ -1,7 +1,7 @@
 """The sticking curve: all states of one rod at one height, from α = 0 to the end of its path.
 
-The curve does not depend on friction. μ0 decides where on the curve sticking ends: at the onset,
-where −tan α = μ0.
+The curve does not depend on friction. μ0 decides where on the curve sticking ends: in the first
+state in which the force leaves the friction cone, forward (−tan α = μ0) or back (tan α = μ0).
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
-from vibrissa.sticking.piece import NO_PIECES, Pieces, StickingState
+from vibrissa.sticking.piece import AHEAD, NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.reading import CurveArray
 from vibrissa.sticking.shapes import RowStates
 
@@ -60,12 +60,15 @@ class StickingCurve:
         Largest equilibrium residual at points between the solved states. By shooting: largest
         distance of the tip from the contact point (L).
     x0_lock, mu_lock : float
-        Displacement (L) at which −tan α is largest, and −tan α there. If fy vanishes before −tan α
-        has a maximum, `mu_lock` is infinite. If fy vanishes after α has become positive, both
-        values are those at the maximum.
+        Displacement (L) at which −tan α is largest on the curve, and −tan α there. If the normal
+        force vanishes while the clamp pushes the tip forward (α < 0), `mu_lock` is infinite, and
+        `x0_lock` is the end of the curve. Both are NaN if the shape becomes inadmissible while −tan
+        α is larger than before. −tan α may have several maxima: a tip with a μ0 above one of them
+        goes on sticking, and slips in a later state with −tan α = μ0 if there is one.
     x0_touch : float
-        Smallest displacement (L) at which φ1 = 0; NaN if there is none before the lock, 0 if the
-        rod lies on the surface at α = 0 already.
+        Smallest displacement (L) at which φ1 = 0 or, in tip contact, a part of the rod rises
+        through the surface; NaN if there is none before the lock, 0 if the rod lies on the surface
+        at α = 0 already.
     end : End
         Why the curve ends. A round rod ``swings_aside`` where the clamp passes under the contact
         point or, in a non-ideal mounting, where `stability_aside` vanishes.
@@ -183,10 +186,21 @@ class StickingCurve:
         shapes = [deformed_shape(self.theta, *row[:4], s, row[4], self.mounting) for row in rows]
         return Shape(*np.moveaxis(np.reshape(shapes, (len(shapes), 3, len(s))), 1, 0))
 
+    def largest_friction(self, x0: float, way: float = AHEAD) -> float:
+        """Largest −tan α (`way` = `AHEAD`) or tan α (`BACK`) from α = 0 to a displacement (L).
+
+        It is the least μ0 with which a tip still sticks there; 0 if no friction was needed.
+        """
+        peaks = self.pieces.peaks(way)
+        states = self.pieces.at(*peaks)
+        before = way * states.mobilised_friction[states.x0 <= x0]
+        return float(np.append(before, way * self.mobilised_friction(x0)).max(initial=0.0))
+
     def onset(self, mu0: ArrayLike) -> FloatArray:
         """Exact onset of slip (L): the first displacement at which −tan α = μ0.
 
-        NaN where μ0 > μ_lock, as the tip locks, or where the curve ends before the onset.
+        NaN where the tip locks: μ0 > μ_lock, or the tip slips back before (`motion_end`). NaN also
+        where the curve ends before the onset.
 
         Raises
         ------
@@ -206,25 +220,25 @@ class StickingCurve:
         return self._alone.onset(_first(mu0.ravel()), mu0.ravel()).reshape(mu0.shape)
 
     def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
-        """How sticking ends after the lock, and in which state.
+        """How sticking of a locked tip ends, and in which state.
 
         Returns
         -------
         ends : list of End
-            ``slips_back`` if tan α reaches +μ0 before the curve ends; else the `end` of the curve.
+            ``slips_back`` if tan α reaches +μ0; else the `end` of the curve.
         states : StickingState
             States in which sticking ends; NaN if the curve was not followed to its end.
 
         Raises
         ------
         ArgumentError
-            If the curve was not solved or a coefficient is not larger than μ_lock.
+            If the curve was not solved or the tip slips forward with one of the coefficients.
         """
         self._need_states("end")
         if self.status is not Status.SOLVED:
             raise ArgumentError(f"the lock of this curve is not known: {self.message}")
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
-        if np.any(~(mu0 > self.mu_lock)):
+        if np.any(np.isfinite(self.onset(mu0))):
             raise ArgumentError(f"mu0 must exceed mu_lock = {self.mu_lock:.6g}, got {mu0!r}")
         return self._alone.motion_end(_first(mu0), mu0)
 

@@ -6,7 +6,7 @@ No result on one piece depends on other pieces, not even by rounding.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -53,6 +53,23 @@ class StickingState(ContactState):
 
 # The displacement as a weighted sum of columns.
 DISPLACEMENT = {"x0": 1.0}
+# Ways in which a tip may slip, as signs of −tan α: forward, towards +x, and back, towards −x.
+AHEAD, BACK = 1.0, -1.0
+
+
+class Peaks(NamedTuple):
+    """Local maxima of the mobilised friction on pieces.
+
+    Attributes
+    ----------
+    piece : ndarray of int, shape (n,)
+        Index of the piece on which each maximum lies.
+    place : ndarray, shape (n,)
+        Value of the piece's parameter at each maximum.
+    """
+
+    piece: IntArray
+    place: FloatArray
 
 
 def rounded_contact(s_c: FloatArray) -> FloatArray:
@@ -252,12 +269,19 @@ class Pieces(Batch):
         found[inside] = bracketed_root(excess, low, high, index, value, *each, guess=guess)
         return found
 
-    def largest_friction(self) -> FloatArray:
-        """Parameter value at which −tan α is largest on each piece, among states with fx ≤ 0."""
-        # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
-        ahead = self.samples.reaction_fx <= 0.0
-        top = np.where(ahead, self.samples.mobilised_friction, -np.inf).argmax(axis=1)
-        rows, t = np.arange(len(self)), self.sample_places
+    def peaks(self, way: float) -> Peaks:
+        """Local maxima of −tan α (`way` = `AHEAD`) or tan α (`BACK`), ends of pieces included.
+
+        Only states count in which friction keeps the tip from slipping this way.
+        """
+        held = way * self.samples.reaction_fx <= 0.0
+        demand = np.where(held, way * self.samples.mobilised_friction, -np.inf)
+        before, after = demand[:, :-1], demand[:, 1:]
+        highest = held.copy()
+        highest[:, 1:] &= after >= before
+        highest[:, :-1] &= before >= after
+        piece, top = np.nonzero(highest)
+        t = self.sample_places
 
         def slope(t: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
             """Return fy² times the derivative of fx/fy, and the derivative of this product."""
@@ -266,10 +290,10 @@ class Pieces(Batch):
             return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
 
         # If the largest sample is at an end, the maximum may be between it and the next sample.
-        low, high = t[rows, np.maximum(top - 1, 0)], t[rows, np.minimum(top + 1, SAMPLES - 1)]
-        found, inside = t[rows, top], slope(low, rows)[0] * slope(high, rows)[0] < 0.0
-        found[inside] = bracketed_root(slope, low[inside], high[inside], rows[inside])
-        return found
+        low, high = t[piece, np.maximum(top - 1, 0)], t[piece, np.minimum(top + 1, SAMPLES - 1)]
+        found, inside = t[piece, top], slope(low, piece)[0] * slope(high, piece)[0] < 0.0
+        found[inside] = bracketed_root(slope, low[inside], high[inside], piece[inside])
+        return Peaks(piece=piece, place=found)
 
     def turning_points(self) -> FloatArray:
         """Parameter values at which x0 has a maximum; NaN on pieces where x0 only increases."""

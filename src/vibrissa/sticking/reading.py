@@ -6,7 +6,7 @@ No result of one curve depends on other curves, not even by rounding.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,11 +15,31 @@ from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.roots import first_reached
 from vibrissa.outcomes import Contact, End, Status
-from vibrissa.sticking.piece import Pieces, StickingState
+from vibrissa.sticking.piece import AHEAD, BACK, CONTACT_SLACK, Pieces, StickingState
 from vibrissa.sticking.shapes import RowStates
 
 if TYPE_CHECKING:
     from vibrissa.sticking.curve import StickingCurve
+
+
+# Forces below this are rounding errors (E·I0/L²).
+ROUNDING = 1e-9
+
+
+class _Exit(NamedTuple):
+    """States in which the force leaves the friction cone.
+
+    Attributes
+    ----------
+    piece : ndarray of int, shape (m,)
+        Index of the piece of each state.
+    place, x0 : ndarray, shape (m,)
+        Value of the piece's parameter, and displacement (L); NaN where the force stays inside.
+    """
+
+    piece: IntArray
+    place: FloatArray
+    x0: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -87,10 +107,16 @@ class CurveArray:
         return place
 
     def contact(self, index: IntArray, x0: FloatArray) -> list[str]:
-        """Kind of contact at the displacements `x0`; an empty text where `x0` is NaN."""
+        """Kind of contact at the displacements `x0`; an empty text where `x0` is NaN.
+
+        In a kink, where the kind of contact changes, only the tip touches.
+        """
         known = np.flatnonzero(np.isfinite(x0))
         kinds = np.full(len(x0), "", dtype=object)
-        line = self.pieces.line[self._piece_of(index[known], x0[known])]
+        place = self._piece_of(index[known], x0[known])
+        begins = x0[known] <= self.pieces.first_x0[place]
+        in_kink = begins & (self.pieces.states.s_c[place, 0] > 1.0 - CONTACT_SLACK)
+        line = self.pieces.line[place] & ~in_kink
         kinds[known] = np.where(line, Contact.LINE.value, Contact.POINT.value)
         return list(kinds.tolist())
 
@@ -122,52 +148,85 @@ class CurveArray:
             yield RowStates(rows=rows, states=self.pieces.shapes[piece].states(t[rows]))
 
     def onset(self, index: IntArray, mu0: FloatArray) -> FloatArray:
-        """Exact onsets of slip (L); NaN where the tip locks or the curve ends before the onset."""
+        """Exact onsets of slip (L): the first states in which −tan α = μ0.
+
+        NaN where the tip slips back before, or sticks up to the end of the curve.
+        """
         onset = np.full(mu0.shape, np.nan)
-        sampled, places = self._demand_up_to_the_lock
-        place = self.pushed[index]
+        # Without a lock, `mu_lock` is NaN: the curve is searched up to its end.
+        rows = np.flatnonzero(~(mu0 > self.mu_lock[index]))
+        onset[rows] = self._exit(AHEAD, index[rows], mu0[rows]).x0
+        pushed_back = np.flatnonzero(onset > self._x0_back[index])
+        if len(pushed_back):
+            back = self._exit(BACK, index[pushed_back], mu0[pushed_back]).x0
+            onset[pushed_back[back < onset[pushed_back]]] = np.nan
+        return onset
+
+    def _exit(self, way: float, index: IntArray, mu0: FloatArray) -> _Exit:
+        """Find the first states with x0 ≥ 0 in which friction holds the tip no longer.
+
+        The tip is about to slip forward (`way` = `AHEAD`) or back (`BACK`).
+        """
+        sampled, places = self._demand_ahead if way == AHEAD else self._demand_back
+        piece, at, x0 = self.pushed[index], np.full(mu0.shape, np.nan), np.full(mu0.shape, np.nan)
         while True:
-            # Without a lock, `mu_lock` and `x0_lock` are NaN: the curve is searched up to its end.
-            sought = (place < self.stop[index]) & ~(mu0 > self.mu_lock[index]) & np.isnan(onset)
-            rows = np.flatnonzero(sought)
-            rows = rows[~(self.pieces.first_x0[place[rows]] > self.x0_lock[index[rows]])]
+            rows = np.flatnonzero((piece < self.stop[index]) & np.isnan(at))
             if not len(rows):
-                return onset
+                return _Exit(piece=piece, place=at, x0=x0)
             level = mu0[rows]
-            # The sum has the sign of −tan α − μ0 as long as the surface pushes.
-            ahead: dict[str, FloatArray | float] = {"reaction_fy": level, "reaction_fx": -1.0}
-            at = self.pieces.first(place[rows], sampled, level, ahead, places=places)
-            onset[rows] = self.pieces.displacements(place[rows], at)
-            place = place + 1
+            # The sum has the sign of −way·tan α − μ0 as long as the surface pushes.
+            excess: dict[str, FloatArray | float] = {"reaction_fy": level, "reaction_fx": -way}
+            at[rows] = self.pieces.first(piece[rows], sampled, level, excess, places=places)
+            x0[rows] = self.pieces.displacements(piece[rows], at[rows])
+            piece[rows] += np.isnan(at[rows])
 
     def outcomes(self, index: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
         """Exact onset of slip (L) and status for each μ0; some curves may have no states.
 
-        Where the tip does not slip, the onset is NaN. The status is then ``lock``, or the curve's
-        own status if the curve has no lock.
+        Where the tip does not slip forward, the onset is NaN. The status is then ``lock``, or the
+        curve's own status if the curve has no lock and the tip does not slip back on it.
         """
         x0_slip = self.onset(index, mu0)
         otherwise = np.array([curve.status for curve in self.curves], dtype=object)
         otherwise[self.locks] = Status.LOCK
         status = otherwise[index]
         status[np.isfinite(x0_slip)] = Status.SLIP
+        rows = np.flatnonzero(np.isnan(x0_slip) & ~self.locks[index] & self.has_states[index])
+        if len(rows):
+            back = self._exit(BACK, index[rows], mu0[rows]).x0
+            status[rows[np.isfinite(back)]] = Status.LOCK
         return x0_slip, list(status)
 
     @cached_property
-    def _demand_up_to_the_lock(self) -> tuple[FloatArray, FloatArray]:
-        """Samples of −tan α and their parameter values; a lock replaces the sample just past it."""
-        pieces = self.pieces
-        count = self.stop - self.begin
-        x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)
-        demand, places = pieces.samples.mobilised_friction, pieces.sample_places.copy()
-        before = first_reached(pieces.samples.x0, np.arange(len(x0_lock)), x0_lock)
-        rows = np.flatnonzero(before < demand.shape[1])
-        demand[rows, before[rows]] = mu_lock[rows]
-        places[rows, before[rows]] = pieces.places_of(rows, x0_lock[rows])
+    def _demand_ahead(self) -> tuple[FloatArray, FloatArray]:
+        return self._demand(AHEAD)
+
+    @cached_property
+    def _demand_back(self) -> tuple[FloatArray, FloatArray]:
+        return self._demand(BACK)
+
+    def _demand(self, way: float) -> tuple[FloatArray, FloatArray]:
+        """Sample −way·tan α, and replace the sample just past each peak by the peak."""
+        pieces, peaks = self.pieces, self.pieces.peaks(way)
+        demand, places = way * pieces.samples.mobilised_friction, pieces.sample_places.copy()
+        after = first_reached(places, peaks.piece, peaks.place)
+        demand[peaks.piece, after] = way * pieces.at(*peaks).mobilised_friction
+        places[peaks.piece, after] = peaks.place
         return demand, places
 
+    @cached_property
+    def _x0_back(self) -> FloatArray:
+        """Displacement (L) at which the first sample of each curve has fx > 0; NaN if none has."""
+        samples, first = self.pieces.samples, np.full(len(self.curves), np.nan)
+        back = np.where(samples.reaction_fx > ROUNDING, samples.x0, np.inf).min(axis=1)
+        for row, (start, stop) in enumerate(zip(self.pushed, self.stop, strict=True)):
+            some = back[start:stop]
+            if np.isfinite(some).any():
+                first[row] = some.min()
+        return first
+
     def motion_end(self, index: IntArray, mu0: FloatArray) -> tuple[list[End], StickingState]:
-        """How sticking ends after the lock, and in which state, for each μ0 above μ_lock.
+        """How sticking ends where the tip does not slip forward, and in which state.
 
         The state is NaN where the end is ``not_followed``.
         """
@@ -175,24 +234,11 @@ class CurveArray:
         ends = np.array([curve.end for curve in self.curves], dtype=object)[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
         states.put(followed, self.pieces.states.take((self.stop[index[followed]] - 1, -1)))
-        place, pieces, sampled = self.pushed[index], self.pieces, self._alpha_past_the_lock
-        while True:
-            rows = np.flatnonzero((place < self.stop[index]) & (ends != End.SLIPS_BACK))
-            if not len(rows):
-                return list(ends), states
-            alpha = np.arctan(mu0[rows])
-            at = pieces.first(place[rows], sampled, alpha, _slips_back(alpha))
-            slips = np.isfinite(at)
-            states.put(rows[slips], self.pieces.at(place[rows[slips]], at[slips]))
-            ends[rows[slips]] = End.SLIPS_BACK
-            place = place + 1
-
-    @cached_property
-    def _alpha_past_the_lock(self) -> FloatArray:
-        """Samples of α on all pieces; −π before the lock, where no tip slips back."""
-        samples = self.pieces.samples
-        x0_lock = np.repeat(self.x0_lock, self.stop - self.begin)
-        return np.where(samples.x0 >= x0_lock[:, None], samples.alpha, -np.pi)
+        back = self._exit(BACK, index, mu0)
+        slips = np.flatnonzero(np.isfinite(back.place))
+        states.put(slips, self.pieces.at(back.piece[slips], back.place[slips]))
+        ends[slips] = End.SLIPS_BACK
+        return list(ends), states
 
     def trailing_end(self, index: IntArray, mu0: FloatArray) -> StickingState:
         """Last sticking states of rods that trail behind after lateral buckling; else NaN."""

@@ -24,7 +24,7 @@ class Stiction:
     Attributes
     ----------
     status : list of Status
-        ``slip`` if the tip slips, ``lock`` if it locks; otherwise the status of the curve.
+        ``slip`` if the tip slips forward, ``lock`` if it locks; otherwise the status of the curve.
     x0_slip : ndarray, shape (n,)
         Exact onset of slip (L); NaN unless the tip slips.
     n_steps : ndarray of float, shape (n,)
@@ -32,16 +32,16 @@ class Stiction:
     x0_max : ndarray, shape (n,)
         Displacement of the last sticking state on the step grid, n_steps·Δx0 (L).
     penetrates : ndarray of bool, shape (n,)
-        Whether the point-contact shape passes through the surface (φ1 < 0) before the onset or the
-        lock.
+        Whether the point-contact shape passes through the surface before the onset or the lock.
     contact : list of str
-        Kind of contact at the onset of slip or the lock; else empty.
+        Kind of contact at the onset of slip or, of a locked tip, in the critical state or where
+        the tip slips back before; else empty.
     init, last, slip : StickingState
         States at α = 0, at the last sticking step and at the exact onset; NaN if not reached.
     end : list of str
-        How sticking ends after the lock (`vibrissa.outcomes.End`); empty unless the tip locks.
+        How sticking of a locked tip ends (`vibrissa.outcomes.End`); empty unless the tip locks.
     ended : StickingState
-        State in which sticking ends after the lock; NaN if `end` is empty or ``not_followed``.
+        State in which sticking of a locked tip ends; NaN if `end` is empty or ``not_followed``.
     trail : StickingState
         Last sticking state of a rod that has buckled laterally and trails behind its clamp; NaN for
         other rods, and where the curve's retraction ends before this state.
@@ -84,15 +84,16 @@ def read_curves(
     # A rod that may lie on the surface does not pass through it.
     touches = np.array([not curve.pieces.line.any() for curve in curves])
     x0_touch = np.array([curve.x0_touch for curve in curves])[of]
-    sticks_until = np.where(slips, x0_slip, together.x0_lock[of])
     n = len(of)
     end, ended, trail = np.full(n, "", dtype=object), *(StickingState.unknown(n) for _ in range(2))
-    locks = np.flatnonzero(together.locks[of] & ~slips)
+    locks = np.flatnonzero(np.array(status, dtype=object) == Status.LOCK)
     if len(locks):
         ends, states = together.motion_end(of[locks], friction[locks])
         end[locks] = [how.value for how in ends]
         ended.put(locks, states)
         trail.put(locks, together.trailing_end(of[locks], friction[locks]))
+    # A tip may slip back before the critical state is reached.
+    sticks_until = np.where(slips, x0_slip, np.fmin(together.x0_lock[of], ended.x0))
     # Evaluate all states together: the first one of each curve, and two of each period.
     x0_init = np.where(together.has_states, 0.0, np.nan)
     states = together.states(
@@ -106,7 +107,7 @@ def read_curves(
         x0_max=x0_max,
         # The first touch is at 0, or strictly before the onset; comparisons with NaN are false.
         penetrates=touches[of] & ((x0_touch == 0.0) | (x0_touch < sticks_until)),
-        contact=together.contact(of, np.where(slips, x0_slip, together.x0_lock[of])),
+        contact=together.contact(of, sticks_until),
         init=states.take(of),
         last=periods.take(slice(n)),
         slip=periods.take(slice(n, None)),

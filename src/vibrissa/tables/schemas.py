@@ -113,7 +113,7 @@ STICTION = _schema(
     _state("_last", ", in the last sticking state on the step grid", NO_SLIP),
     _state("_slip", ", at the exact onset of slip", NO_SLIP),
     "ends_by x0_end",
-    _state("_end", ", where sticking in the plane ends after self-locking", NO_END),
+    _state("_end", ", where sticking of a locked tip in the plane ends", NO_END),
     "x0_trail",
     _state("_trail", ", in the last sticking state after the rod has buckled laterally", NO_TRAIL),
     "x1_init penetrates residual",

@@ -1,7 +1,7 @@
 // Whether a solved shape is admissible, that is possible for a rod below a surface. See docs/model.md.
 
 import { bracketedRoot } from "./numerics/roots.js";
-import { isStraight, naturalCurvature, naturalSlope, tailOf } from "./rod/mounting.js";
+import { CLAMP_SLOPE, isStraight, naturalCurvature, naturalSlope, tailOf } from "./rod/mounting.js";
 
 const LOOKS = 121;
 const EVENLY = Float64Array.from({ length: LOOKS }, (_, i) => i / (LOOKS - 1));
@@ -10,53 +10,68 @@ const NEAR = 0.05;
 const HALF_TURN = Math.PI - 0.3;
 /** Slope (rad) up to which a tip counts as level. */
 const LEVEL = 1e-9;
-/** Height (L) by which a shape must pass a limit to be rejected, as only some points are examined. */
-const PASSED = 1e-6;
-/** The same in an exact state for an arch, as its highest point is located, and for a tail. */
+/** Rounding error of a height (L) or of the sine of a slope. */
 const EXACTLY = 1e-12;
+/** Height (L) above the surface at which a straight rod crosses it, as it may lie on the surface. */
+const PASSED = 1e-6;
 /** Fractions of the free part, denser near the contact point, where a rod may form a short arch. */
 const PLACES = Float64Array.from({ length: LOOKS }, (_, i) => 1 - (1 - i / (LOOKS - 1)) ** 2);
-/** Accuracy of a highest point (L); one this close to the contact point is the contact point. */
+/** Accuracy of the place of a highest or lowest point (L); one this close to the contact point is that point. */
 const AT_CONTACT = 1e-6;
 /** Number of points of a tail that are examined. */
 const TAIL_LOOKS = 16;
 const DIPS = "the rod dips below the level of its clamp";
 const CROSSES_SURFACE = "the rod crosses the surface away from its contact point";
 
-/** Why a shape is inadmissible; empty if it is admissible. @type {(rod: Rod, state: State) => string} */
-export function inadmissible(rod, state) {
+/**
+ * Why a shape is inadmissible; empty if it is admissible. With the model "point", in which only the tip may touch
+ * the surface, the rest of the rod may pass through it.
+ * @type {(rod: Rod, state: State, model: Contact) => string}
+ */
+export function inadmissible(rod, state, model) {
   const hangs = state.contact === "line" ? tailFault(rod, state) : "";
   if (hangs) return hangs;
+  const { angle, compliance } = rod.mounting;
+  const start = CLAMP_SLOPE + angle + compliance * state.m;
+  if (Math.sin(start) < -EXACTLY) return DIPS;
   const curved = !isStraight(rod.mounting);
   const slopes = state.unknowns.subarray(0, rod.nodes);
-  const [low, high] = [Math.min(...slopes), Math.max(...slopes)];
+  const [low, high] = [Math.min(start, ...slopes), Math.max(start, ...slopes)];
   const lowest = Math.min(low, ...tailSlopes(rod, state));
-  // The paper's model allows a tip that passes through the surface.
-  const mayNotCross = state.contact === "line" || state.phi1 >= -LEVEL;
-  const crosses = mayNotCross && curved && archHeight(rod, state) > state.height + EXACTLY;
-  const rises = high < Math.PI - NEAR && !(mayNotCross && low < -LEVEL);
-  if (rises && high - lowest < HALF_TURN) return crosses ? CROSSES_SURFACE : "";
-  const { s, x, y } = rod.shape(state, EVENLY);
-  const free = s.findIndex((value) => value >= state.sc);
-  const heights = y.subarray(0, free < 0 ? LOOKS : free);
-  if (Math.min(...heights) < -PASSED) return DIPS;
-  if (crosses || (mayNotCross && Math.max(...heights) > state.height + PASSED)) return CROSSES_SURFACE;
-  return high - lowest >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
+  // Where the slope stays between 0 and π, the rod rises all the way.
+  const rises = high < Math.PI - NEAR && low > (curved ? NEAR : 0);
+  if (!rises) {
+    const { least, most } = extremes(rod, state);
+    if (least < -EXACTLY) return DIPS;
+    const mayNotCross = model === "line" && (state.contact === "line" || state.phi1 >= -LEVEL);
+    if (mayNotCross && most > state.height + (curved ? EXACTLY : PASSED)) return CROSSES_SURFACE;
+  }
+  if (high - lowest < HALF_TURN) return "";
+  const { x, y } = rod.shape(state, EVENLY);
+  return crossesItself(x, y) ? "the rod crosses itself" : "";
 }
 
-/** Height of the highest point of an arch before the contact point. @type {(rod: Rod, state: State) => number} */
-function archHeight(rod, state) {
-  let highest = -Infinity;
+/**
+ * Heights of the lowest and of the highest point between clamp and contact point; infinite if there is none.
+ * @type {(rod: Rod, state: State) => { least: number, most: number }}
+ */
+export function extremes(rod, state) {
+  let [least, most] = [Infinity, -Infinity];
   const s = PLACES.map((part) => part * state.sc);
-  const phi = rod.slopes(state, s);
-  for (const first of phi.keys()) {
-    if (!(phi[first] > 0 && phi[first + 1] <= 0)) continue;
+  const rise = rod.slopes(state, s).map(Math.sin);
+  for (let first = 0; first < LOOKS - 1; first += 1) {
+    const next = first + 1;
+    const falls = rise[first] > 0 && rise[next] <= 0;
+    if (!falls && !(rise[first] < 0 && rise[next] >= 0)) continue;
     /** @type {(at: number) => number} */
-    const slope = (at) => rod.slopes(state, Float64Array.of(at))[0];
-    const top = bracketedRoot(slope, s[first], s[first + 1], phi[first], phi[first + 1], AT_CONTACT);
-    if (top < state.sc - AT_CONTACT) highest = Math.max(highest, rod.shape(state, Float64Array.of(top)).y[0]);
+    const steepness = (at) => Math.sin(rod.slopes(state, Float64Array.of(at))[0]);
+    const turn = bracketedRoot(steepness, s[first], s[next], rise[first], rise[next], AT_CONTACT);
+    if (turn >= state.sc - AT_CONTACT) continue;
+    const height = rod.shape(state, Float64Array.of(turn)).y[0];
+    if (falls) most = Math.max(most, height);
+    else least = Math.min(least, height);
   }
-  return highest;
+  return { least, most };
 }
 
 /** Slopes of the unloaded tail of a rod that lies on the surface. @type {(rod: Rod, state: State) => number[]} */

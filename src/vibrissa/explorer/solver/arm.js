@@ -1,6 +1,6 @@
 // An equilibrium path, followed from α = 0 to one side: pushed ahead or pulled back by the clamp.
 
-import { inadmissible } from "./admissible.js";
+import { extremes, inadmissible } from "./admissible.js";
 import { isPossible } from "./beginning.js";
 import { bracketedRoot } from "./numerics/roots.js";
 import { isStraight, naturalCurvature } from "./rod/mounting.js";
@@ -20,6 +20,8 @@ const OF_STEPS = 1e-7;
 const MOST_STEPS = 400;
 /** Slope of a tip (rad) below which a rod may arch; parts of a step that are examined; refinements of these. */
 const NEARLY_LEVEL = 0.02;
+/** Height (L) of the lowest point of a rod above its clamp below which parts of a step are examined. */
+const NEARLY_DOWN = 0.02;
 const LOOKS_AHEAD = 5;
 const ZOOMS = 3;
 const TINY = 1e-13;
@@ -202,7 +204,7 @@ function ending(branch, side, from, to) {
   const last = found?.knot && found.knot.step > 0 ? found.knot : to;
   const beyond = firstInadmissible(branch, from, last);
   if (!beyond) return found;
-  const why = inadmissible(branch.rod, beyond.state);
+  const why = inadmissible(branch.rod, beyond.state, branch.model);
   return { end: "inadmissible", knot: lastAdmissible(branch, from, beyond), why };
 }
 
@@ -234,30 +236,43 @@ function turning(branch, side, from, to) {
  * The first inadmissible knot after `from`, up to `to`; null if there is none.
  *
  * A rod that is curved towards the surface may arch over it on a short part of the path only, near the state
- * in which its tip is most nearly parallel to the surface.
+ * in which its tip is most nearly parallel to the surface. A rod may dip below its clamp on a short part, too.
  * @type {(branch: Branch, from: Knot, to: Knot) => Knot | null}
  */
 function firstInadmissible(branch, from, to) {
-  const { rod } = branch;
+  const { rod, model } = branch;
   const looks = [to];
-  const mayArch = naturalCurvature(rod.mounting, 1) > 0 && from.state.contact === "point";
+  const mayArch = model === "line" && naturalCurvature(rod.mounting, 1) > 0 && from.state.contact === "point";
   if (mayArch && Math.min(from.state.phi1, to.state.phi1) < NEARLY_LEVEL) {
-    const parts = Array.from({ length: LOOKS_AHEAD - 1 }, (_, k) => (k + 1) / LOOKS_AHEAD);
-    for (let zoom = 0; zoom < ZOOMS; zoom += 1) {
-      const seen = parts.map((part) => knotBetween(branch, from, to, part)).filter((knot) => knot !== null);
-      looks.unshift(...seen);
-      const level = seen.map((knot) => Math.abs(knot.state.phi1));
-      const near = parts[level.indexOf(Math.min(...level))];
-      const width = 2 * LOOKS_AHEAD ** -(zoom + 1);
-      parts.forEach((_, k) => { parts[k] = Math.min(near + width * ((k + 1) / LOOKS_AHEAD - 0.5), 1); });
-    }
+    looks.push(...nearestTo(branch, from, to, ({ state }) => Math.abs(state.phi1)));
   }
+  /** @type {(knot: Knot) => number} */
+  const lowest = ({ state }) => extremes(rod, state).least;
+  if (Math.min(lowest(from), lowest(to)) < NEARLY_DOWN) looks.push(...nearestTo(branch, from, to, lowest));
   if (mayArch && from.state.phi1 > 0 !== to.state.phi1 > 0) {
     const level = knotWhere(branch, from, to, (knot) => knot.state.phi1);
     if (level && level.step > 0) looks.push(level);
   }
   looks.sort((one, other) => one.step - other.step);
-  return looks.find((knot) => inadmissible(rod, knot.state)) ?? null;
+  return looks.find((knot) => inadmissible(rod, knot.state, model)) ?? null;
+}
+
+/**
+ * Knots between two others, ever closer to where a number is least.
+ * @type {(branch: Branch, from: Knot, to: Knot, value: (knot: Knot) => number) => Knot[]}
+ */
+function nearestTo(branch, from, to, value) {
+  const looks = [];
+  let parts = Array.from({ length: LOOKS_AHEAD - 1 }, (_, k) => (k + 1) / LOOKS_AHEAD);
+  for (let zoom = 0; zoom < ZOOMS; zoom += 1) {
+    const seen = parts.map((part) => knotBetween(branch, from, to, part)).filter((knot) => knot !== null);
+    looks.push(...seen);
+    const values = seen.map(value);
+    const near = parts[values.indexOf(Math.min(...values))];
+    const width = 2 * LOOKS_AHEAD ** -(zoom + 1);
+    parts = parts.map((_, k) => Math.min(near + width * ((k + 1) / LOOKS_AHEAD - 0.5), 1));
+  }
+  return looks;
 }
 
 /**
@@ -281,11 +296,11 @@ function onAxis({ rod, surface, scale }) {
 /** @type {(branch: Branch, from: Knot, to: Knot) => Knot | null} */
 function lastAdmissible(branch, from, to) {
   let [low, high] = [0, 1];
-  while (high - low > 1e-9) {
+  while (high - low > TINY) {
     const part = 0.5 * (low + high);
     const knot = knotBetween(branch, from, to, part);
     if (!knot) return null;
-    if (inadmissible(branch.rod, knot.state)) high = part;
+    if (inadmissible(branch.rod, knot.state, branch.model)) high = part;
     else low = part;
   }
   return low ? knotBetween(branch, from, to, low) : null;
@@ -297,7 +312,8 @@ function lastAdmissible(branch, from, to) {
  */
 export function followed(branch, first, side) {
   const knots = [knotAt(branch, first, { offset: 1 / branch.scale, value: 0 }, -side)];
-  const mayArch = naturalCurvature(branch.rod.mounting, 1) > 0 && branch.rod.nodes <= 46;
+  const curvesUp = branch.model === "line" && naturalCurvature(branch.rod.mounting, 1) > 0;
+  const mayArch = curvesUp && branch.rod.nodes <= 46;
   const resolved = mayArch ? RESOLVED_ARCH : RESOLVED;
   let step = FIRST_STEP;
   for (let count = 0; count < MOST_STEPS; count += 1) {
@@ -322,6 +338,10 @@ export function followed(branch, first, side) {
     }
     const end = ending(branch, side, last, found[0]);
     if (end) {
+      const { rod } = branch;
+      if (end.end === "inadmissible" && end.knot && rod.nodes <= 46 && rod.decay(end.knot.state) > RESOLVED_ARCH) {
+        return { branch, knots, end: "lost", why: "the rod bends too sharply for its nodes" };
+      }
       if (end.knot && end.knot.step > 0) knots.push(...withExtremes(branch, last, end.knot));
       return { branch, knots, end: end.end, why: end.why ?? "" };
     }

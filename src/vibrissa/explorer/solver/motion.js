@@ -2,7 +2,7 @@
 
 import { displacement } from "./arm.js";
 import { bracketedRoot } from "./numerics/roots.js";
-import { backOnset, onset, regained, stateAt, touch } from "./path.js";
+import { backOnset, onset, regained, stateAt, touch, uprightBefore } from "./path.js";
 import { isIdealRod } from "./rod/mounting.js";
 import { demand } from "./rod/state.js";
 
@@ -21,16 +21,16 @@ export function stickingOf(path, friction, x0 = 0) {
   const { branch, pushed, pulled } = path;
   /** @param {State | null} state */
   const at = (state) => (state ? displacement(branch, state) : NaN);
-  const holds = at(regained(path, friction.mu0));
-  const past = x0 >= holds;
-  const slip = past ? NaN : at(onset(path, friction.mu0));
-  const back = at(backOnset(pushed, friction.mu0));
+  const holds = at(regained(path, friction.mu0, x0));
+  const past = !Number.isNaN(holds);
+  const slip = at(onset(path, friction.mu0, past ? holds : 0));
+  const back = at(backOnset(pushed, friction.mu0, past ? holds : 0));
   const low = past ? holds : at(backOnset(pulled, friction.mu0));
   /** @type {[number, Limit][]} */
   const limits = [
     [slip, "slips"],
     [back, "slips back"],
-    [path.x0End, path.endsBy],
+    [path.x0End, pushed.end],
   ];
   const known = limits.filter(([x0]) => !Number.isNaN(x0));
   const [high, highBy] = known.reduce((a, b) => (b[0] < a[0] ? b : a));
@@ -125,7 +125,10 @@ function passed(sticking, { clamp, x0: from, side }, to) {
  */
 export function restOf({ path, friction }, from) {
   const { mu0, ratio, law } = friction;
-  if (law === "free") return 0;
+  if (law === "free") {
+    const upright = uprightBefore(path, from);
+    return upright ? displacement(path.branch, upright) : 0;
+  }
   if (law === "kinetic") {
     const state = from > 0 ? onset(path, ratio * mu0) : backOnset(path.pulled, ratio * mu0);
     return state ? displacement(path.branch, state) : NaN;

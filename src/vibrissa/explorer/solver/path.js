@@ -52,7 +52,7 @@ function branchOf(rod, { eta, contact, round }, { state, ideal }) {
 
 /** Why no period can begin in a state; empty if one can. @type {(branch: Branch, state: State) => string} */
 function unsuitable(branch, state) {
-  const why = inadmissible(branch.rod, state);
+  const why = inadmissible(branch.rod, state, branch.model);
   if (why) return `with α = 0 ${why}`;
   const leaves = branch.round && swung(branch, state) <= 0;
   return leaves ? "the round rod leaves its plane with α = 0 already: try a planar one" : "";
@@ -62,14 +62,12 @@ function unsuitable(branch, state) {
 function assembled(pushed, pulled) {
   const { branch, knots } = pushed;
   const last = knots[knots.length - 1];
-  // Where the normal force vanishes, friction grows without limit if the tip did not tend to slip back before. If
-  // it did, the path ends where the tip is pushed forward again.
+  // Where the normal force vanishes, the demand grows without limit: above 0 if the clamp pushes the tip forward there,
+  // below 0 if it pushes the tip back.
   const lifts = pushed.end === "lifts";
-  const again = lifts && firstRise(pushed, ({ fx }) => ROUNDING - fx, { fx: 1, value: ROUNDING });
-  const slips = lifts && !again && last.state.fx < 0;
-  const x0End = displacement(branch, again || last.state);
+  const slips = lifts && last.state.fx < 0;
   // The demand is largest in a landmark, an exact state. A state next to it may exceed it by its error.
-  const landmarks = knots.filter(({ exact, state }) => exact && !(lifts && displacement(branch, state) >= x0End));
+  const landmarks = knots.filter((knot) => knot.exact && !(lifts && knot === last));
   const lock = landmarks.reduce((best, knot) => (demand(knot.state) > demand(best.state) ? knot : best));
   const inside = ["lifts", "swings", "snaps"].includes(pushed.end) || demand(lock.state) > demand(last.state);
   return {
@@ -78,22 +76,32 @@ function assembled(pushed, pulled) {
     pulled,
     lock: inside && !slips ? lock : null,
     muLock: slips ? Infinity : inside ? demand(lock.state) : NaN,
-    x0End,
-    endsBy: again ? "lets go" : pushed.end,
+    x0End: displacement(branch, last.state),
     x0Pulled: displacement(branch, pulled.knots[pulled.knots.length - 1].state),
   };
 }
 
 /**
- * The first state of an arm in which `value` rises through zero; `condition` is the same as an equation.
- * @type {(arm: Arm, value: (state: State) => number, condition: Condition) => State | null}
+ * The states of an arm in which `value` rises through zero, one after the other; `condition` is the same as an equation.
+ * @type {(arm: Arm, value: (state: State) => number, condition: Condition) => Generator<State, void, void>}
  */
-function firstRise({ branch, knots }, value, condition) {
+function* rises({ branch, knots }, value, condition) {
   for (let i = 1; i < knots.length; i += 1) {
     const [from, to] = [knots[i - 1], knots[i]];
     if (!(value(from.state) < 0 && value(to.state) >= 0 && to.step > 0)) continue;
     const found = solvedBetween(branch, from, to, value, condition);
-    return found ?? knotWhere(branch, from, to, (knot) => value(knot.state))?.state ?? null;
+    const state = found ?? knotWhere(branch, from, to, (knot) => value(knot.state))?.state;
+    if (state) yield state;
+  }
+}
+
+/**
+ * The first state of an arm, at x0 beyond `after` on its side, in which `value` rises through zero.
+ * @type {(arm: Arm, value: (state: State) => number, condition: Condition, after?: number) => State | null}
+ */
+function firstRise(arm, value, condition, after = 0) {
+  for (const state of rises(arm, value, condition)) {
+    if (Math.abs(displacement(arm.branch, state)) >= Math.abs(after)) return state;
   }
   return null;
 }
@@ -116,26 +124,42 @@ function solvedBetween(branch, from, to, value, condition) {
 }
 
 /**
- * The exact onset of slip ahead, the first state with −tan α = μ0; null where the tip locks. Differences of forces
- * show it, as tan α jumps to the other sign where the normal force vanishes.
- * @type {(path: Path, mu0: number) => State | null}
+ * The exact onset of slip ahead, the first state at x0 ≥ `after` with −tan α = μ0; null where the tip sticks to the end
+ * of the path, or slips back before. Differences of forces show it, as tan α jumps to the other sign where the normal
+ * force vanishes.
+ * @type {(path: Path, mu0: number, after?: number) => State | null}
  */
-export function onset(path, mu0) {
-  const condition = { fx: 1, fy: -mu0, value: 0 };
-  return mu0 > path.muLock ? null : firstRise(path.pushed, ({ fx, fy }) => mu0 * fy - fx, condition);
-}
-
-/** The first state past the onset with −tan α = μ0 again. @type {(path: Path, mu0: number) => State | null} */
-export function regained({ pushed }, mu0) {
-  return firstRise(pushed, ({ fx, fy }) => fx - mu0 * fy, { fx: 1, fy: -mu0, value: 0 });
+export function onset({ branch, pushed, muLock }, mu0, after = 0) {
+  if (mu0 > muLock) return null;
+  const slip = firstRise(pushed, ({ fx, fy }) => mu0 * fy - fx, { fx: 1, fy: -mu0, value: 0 }, after);
+  const back = slip && backOnset(pushed, mu0, after);
+  return back && displacement(branch, back) < displacement(branch, slip) ? null : slip;
 }
 
 /**
- * The state in which the tip slips back, tan α = μ0: a pulled tip on the pulled arm, a locked one on the pushed arm.
- * @type {(arm: Arm, mu0: number) => State | null}
+ * The last state up to x0 in which a tip that had to slip forward sticks again, −tan α = μ0.
+ * @type {(path: Path, mu0: number, x0: number) => State | null}
  */
-export function backOnset(arm, mu0) {
-  return firstRise(arm, ({ fx, fy }) => fx + mu0 * fy, { fx: 1, fy: mu0, value: 0 });
+export function regained({ branch, pushed }, mu0, x0) {
+  const held = [...rises(pushed, ({ fx, fy }) => fx - mu0 * fy, { fx: 1, fy: -mu0, value: 0 })];
+  return held.filter((state) => displacement(branch, state) <= x0).pop() ?? null;
+}
+
+/**
+ * The state in which the tip slips back, tan α = μ0: a pulled tip on the pulled arm, a pushed one on the pushed arm.
+ * @type {(arm: Arm, mu0: number, after?: number) => State | null}
+ */
+export function backOnset(arm, mu0, after = 0) {
+  return firstRise(arm, ({ fx, fy }) => fx + mu0 * fy, { fx: 1, fy: mu0, value: 0 }, after);
+}
+
+/**
+ * The last state before x0 > 0 with α = 0 in which the tip, pushed back before, is pushed forward again; null if none.
+ * @type {(path: Path, x0: number) => State | null}
+ */
+export function uprightBefore({ branch, pushed }, x0) {
+  const found = [...rises(pushed, ({ fx }) => ROUNDING - fx, { fx: 1, value: ROUNDING })];
+  return found.filter((state) => displacement(branch, state) < x0).pop() ?? null;
 }
 
 /**

@@ -33,7 +33,7 @@ const CALM = { pause: 250, steps: 1, slip: 0 };
 const HURRY = 0.5;
 
 /** @type {Incident["what"][]} */
-const ENDS = ["swings", "snaps", "slips back", "flies off", "lifts", "lets go", "inadmissible", "lost"];
+const ENDS = ["swings", "snaps", "slips back", "flies off", "lifts", "inadmissible", "lost"];
 
 export class Explorer {
   /** @param {HTMLElement} root */

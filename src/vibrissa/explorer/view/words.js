@@ -43,8 +43,6 @@ export function told(event, { path, friction }, length) {
       return `The rod snaps through at x0 = ${at}: there is no equilibrium beyond. ${ANEW}`;
     case "lifts":
       return `The tip lifts off at x0 = ${at}: the surface would have to pull. ${ANEW}`;
-    case "lets go":
-      return `Beyond x0 = ${at} a tip that still sticks slips forward or leaves the surface. ${ANEW}`;
     case "inadmissible":
       return `At x0 = ${at} ${path.pushed.why}. ${ANEW}`;
     case "lost":

@@ -174,7 +174,7 @@ def _curves(
     ended = _ended(side, section, ideal, most)
     followed = follow(branches, states, side, model, ended, closeness.longest)
     followed = followed._replace(knots=_up_to_steep(branches, followed, side, most))
-    paths, whole = _resolved(branches, followed, side, round_rods=round_rods, ideal=ideal)
+    paths, whole = _resolved(branches, followed, side, model, round_rods=round_rods, ideal=ideal)
     uncut, rows = [], [row for row in range(count) if len(paths[row])]
     for row in rows:
         # A retraction on request may be resolved in part only.
@@ -254,7 +254,13 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
 
 
 def _resolved(
-    branches: Branches, followed: Followed, side: FloatArray, *, round_rods: bool, ideal: bool
+    branches: Branches,
+    followed: Followed,
+    side: FloatArray,
+    model: Contact,
+    *,
+    round_rods: bool,
+    ideal: bool,
 ) -> tuple[list[Finished], BoolArray]:
     """Resolve the parts of each path, in the order of x0, up to a failure.
 
@@ -269,7 +275,8 @@ def _resolved(
     known = parts.take(np.flatnonzero(parts.length > 0.0))
     guess = PathStates(parts=known, unknowns=guessed(known, branches, knots, STATES_ALONG_PART[0]))
     solved = (
-        finished(one, branches, side, round_rods=round_rods, ideal=ideal) for one in resolve(guess)
+        finished(one, branches, side, model, round_rods=round_rods, ideal=ideal)
+        for one in resolve(guess)
     )
     found = Finished.concatenate([NOTHING, *solved])
     length = found.pieces.stop - found.pieces.start

@@ -1,11 +1,11 @@
 """Finishing of resolved parts: margins of stability, lateral buckling, inadmissible shapes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
+from vibrissa.mechanics.admissibility import LIMITS, TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.stability import stability
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
@@ -17,6 +17,7 @@ from vibrissa.numerics.spectral import (
     chebyshev_transform,
     interpolation,
 )
+from vibrissa.outcomes import Contact
 from vibrissa.sticking.assembly import ShapeLimits
 from vibrissa.sticking.piece import NO_PIECES, STATES, Pieces, StickingState, rounded_contact
 from vibrissa.sticking.shapes import ShapesAlongPiece
@@ -70,25 +71,37 @@ NOTHING = Finished(
 
 
 def finished(
-    found: Resolved, branches: Branches, side: FloatArray, *, round_rods: bool, ideal: bool
+    found: Resolved,
+    branches: Branches,
+    side: FloatArray,
+    model: Contact,
+    *,
+    round_rods: bool,
+    ideal: bool,
 ) -> Finished:
     """Make pieces of resolved parts: add margins of stability and limits of admissible shapes.
 
-    `side` is explained in `follow`. `ideal` tells whether all mountings are ideal; lateral buckling
-    of round rods is located here in other mountings only.
+    With the `model` POINT, an arch that rises through the surface is located, too. `side` is
+    explained in `follow`. `ideal` tells whether all mountings are ideal; lateral buckling of round
+    rods is located here in other mountings only.
     """
     parts = found.path.parts
     pieces = _pieces(found, branches, side, round_rods)
     limits = ShapeLimits.unknown(len(parts))
     limits = replace(limits, reason=np.full(len(parts), "", dtype=object))
     position = chebyshev_nodes(STATES_LOOKED_AT)
-    nearest = _looked_at(found, position).smallest.min(axis=1)
+    looked = _looked_at(found, position)
+    nearest = looked.smallest.min(axis=1)
     for row in range(len(parts)):
         level = np.empty(0)
         if parts.rods.shape[1] > 3 and not parts.line[row]:
             level = _level(found.loads[row, :, 4])
         if len(level) or nearest[row] < CLOSE:
-            share, how = _limit(found.take([row]), np.union1d(position, level))
+            part, at = found.take([row]), np.union1d(position, level)
+            share, how = _limit(part, at, LIMITS[model])
+            if model is Contact.POINT and (len(level) or looked.surface[row].min() < CLOSE):
+                arch, _ = _limit(part, at, ("surface",))
+                limits.arches[row] = parts.start[row] + arch * parts.length[row]
             limits.out_of_reach[row] = parts.start[row] + share * parts.length[row]
             limits.reason[row] = how
     if round_rods and not ideal:
@@ -196,11 +209,14 @@ def _looked_at(found: Resolved, at: FloatArray) -> Clearance:
     return clearance.each(lambda values: values.reshape(height.shape))
 
 
-def _limit(found: Resolved, at: FloatArray) -> tuple[float, str]:
-    """First fraction of one part at which the shape is inadmissible, and why; NaN if nowhere."""
+def _limit(found: Resolved, at: FloatArray, names: Collection[str]) -> tuple[float, str]:
+    """First fraction of one part at which a clearance is negative, and why; NaN if nowhere.
+
+    Only the clearances `names` count.
+    """
 
     def look(at: FloatArray) -> Clearance:
-        return _looked_at(found, at).each(np.ravel)
+        return _looked_at(found, at).only(names).each(np.ravel)
 
     while True:
         looked, known = look(at), len(at)

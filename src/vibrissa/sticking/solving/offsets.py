@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.admissibility import clearances
+from vibrissa.mechanics.admissibility import LIMITS, clearances
 from vibrissa.mechanics.equations import OFFSET, ClosingCondition, ends
 from vibrissa.mechanics.mounting import Mounting, rod_columns
 from vibrissa.mechanics.stability import stability
@@ -49,7 +49,7 @@ def solve_offset(
         if begun.missing:
             solution = StateSolution(None, np.nan, *begun.missing[0])
         else:
-            solution = _solved(begun, _reached(begun, offset, model, longest), offset)
+            solution = _solved(begun, _reached(begun, offset, model, longest), offset, model)
         if solution.status is not Status.FAILED:
             break
     return solution
@@ -78,14 +78,16 @@ def _reached(begun: Beginning, offset: float, model: Contact, longest: float) ->
     return None
 
 
-def _solved(begun: Beginning, guess: RodStates | None, offset: float) -> StateSolution:
+def _solved(
+    begun: Beginning, guess: RodStates | None, offset: float, model: Contact
+) -> StateSolution:
     """Solve a state on as many nodes as it needs."""
     if guess is None:
         return StateSolution(None, np.nan, Status.FAILED, NOT_FOLLOWED)
     closing = ClosingCondition.prescribing(begun.branches.eta, {OFFSET: 1.0}, offset)
     for _, state, residual in resolved_states(guess, closing):
         if len(state):
-            if how := clearances(state, closing.height).reasons(0):
+            if how := clearances(state, closing.height).only(LIMITS[model]).reasons(0):
                 return StateSolution(None, np.nan, Status.OUT_OF_REACH, how)
             return StateSolution(state, float(residual[0]), Status.SOLVED, "")
     why = AT_FOLD if stability(guess)[0] < FOLD_MARGIN else NOT_RESOLVED

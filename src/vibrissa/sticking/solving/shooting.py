@@ -8,7 +8,7 @@ from scipy.integrate import ode
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize
 
-from vibrissa.mechanics.admissibility import TOLERANCE, clearances
+from vibrissa.mechanics.admissibility import LIMITS, TOLERANCE, clearances
 from vibrissa.mechanics.buckling import buckled_unknowns
 from vibrissa.mechanics.elastica import deformed_shape, rod_equations
 from vibrissa.mechanics.equations import ends
@@ -17,7 +17,7 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, gauss_rule
-from vibrissa.outcomes import RodSection, Solver, Status
+from vibrissa.outcomes import Contact, RodSection, Solver, Status
 from vibrissa.sticking.assembly import ShapeLimits, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
 from vibrissa.sticking.piece import STATES, Pieces, StickingState
@@ -283,11 +283,12 @@ def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> S
         unknowns=np.column_stack([phi, states.reaction_fx, states.reaction_fy, states.s_c]),
         line=np.zeros(len(states), dtype=bool),
     )
-    clearance = clearances(shapes, np.full(len(states), eta))
+    clearance = clearances(shapes, np.full(len(states), eta)).only(LIMITS[Contact.POINT])
     beyond = clearance.smallest < -TOLERANCE
     first, unknown = int(beyond.argmax()), np.full(1, np.nan)
     return ShapeLimits(
         out_of_reach=np.where(beyond.any(), states.x0[[first]], np.nan),
+        arches=unknown,
         swings_aside=unknown,
         reason=np.array([clearance.reasons(first)], dtype=object),
     )
