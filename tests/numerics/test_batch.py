@@ -30,19 +30,14 @@ def test_rows_are_taken_from_every_column_and_the_rest_stays():
     assert things().take(np.array([0])).extra is None
 
 
-def test_rows_are_put_in_place_and_nowhere_else():
+def test_a_batch_with_other_rows_is_a_new_one():
     batch, other = things(), replace(things(2), size=np.array([7.0, 8.0]))
-    batch.put(np.array([4, 0]), other)
-    assert batch.size.tolist() == [8.0, 1.0, 2.0, 3.0, 7.0]
-    assert batch.shape[[4, 0]].tolist() == other.shape.tolist()
-    assert batch.shape[1].tolist() == [2.0, 3.0]
-
-
-def test_a_copy_shares_nothing():
-    batch = things()
-    copy = batch.copy()
-    copy.put(np.array([0]), things().take(np.array([3])))
-    assert batch.size[0] == 0.0 and batch.shape[0].tolist() == [0.0, 1.0]
+    changed = batch.with_rows(np.array([4, 0]), other)
+    assert changed.size.tolist() == [8.0, 1.0, 2.0, 3.0, 7.0]
+    assert changed.shape[[4, 0]].tolist() == other.shape.tolist()
+    assert changed.shape[1].tolist() == [2.0, 3.0]
+    assert batch.size.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert batch.shape[0].tolist() == [0.0, 1.0]
 
 
 def test_joined_parts_are_the_whole():

@@ -123,11 +123,10 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
     eta : ndarray, shape (n,)
         Height of each rod's surface above its clamp (L).
     """
-    found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
+    surface, clamp, itself = np.full((3, len(states)), np.inf)
     at_clamp = (
         states.natural_slope(np.zeros(1))[:, 0] + states.clamp_compliance * ends(states).moment
     )
-    found.start[:] = np.sin(at_clamp)
     high = np.maximum(states.phi.max(axis=1), at_clamp)
     low = np.minimum(states.phi.min(axis=1), at_clamp)
     curved, curls = states.curvature.shape[1] > 0, np.zeros(len(states), dtype=bool)
@@ -137,8 +136,8 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         curls = states.line & (np.maximum(high, turn.max(axis=1)) - lowest > HALF_TURN)
         # The tail is above the surface where it rises, or begins to rise.
         rises = np.maximum(up.max(axis=1), polynomial(states.curvature, states.s_c[:, None])[:, 0])
-        found.surface[:] = np.where(states.line & (rises > 0.0), -rises, np.inf)
-        found.clamp[:] = np.where(states.line, eta + up.min(axis=1), np.inf)
+        surface = np.where(states.line & (rises > 0.0), -rises, np.inf)
+        clamp = np.where(states.line, eta + up.min(axis=1), np.inf)
     # Where the slope stays between 0 and π, the rod rises all the way: all clearances are large.
     near = np.flatnonzero((high > np.pi - NEAR) | (low < NEARLY_LEVEL * curved) | curls)
     if len(near):
@@ -148,10 +147,10 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         touches = some.line | (ends(some).phi1 >= -LEVEL)
         known = shapes.at(shapes.places[None])
         arch = np.where(touches, eta[near] - shapes.extreme(known, lowest=False), np.inf)
-        found.clamp[near] = np.minimum(found.clamp[near], shapes.extreme(known, lowest=True))
-        found.surface[near] = np.minimum(found.surface[near], arch)
-        found.itself[near] = shapes.gaps()
-    return found
+        clamp[near] = np.minimum(clamp[near], shapes.extreme(known, lowest=True))
+        surface[near] = np.minimum(surface[near], arch)
+        itself[near] = shapes.gaps()
+    return Clearance(start=np.sin(at_clamp), clamp=clamp, surface=surface, itself=itself)
 
 
 def _tail(states: RodStates) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -43,8 +43,9 @@ def solve(
     iterations : int
         Largest number of corrections.
     """
-    states = guess.copy()
-    states.s_c[~states.line] = 1.0
+    unknowns = guess.unknowns.copy()
+    unknowns[~guess.line, -1] = 1.0
+    states = guess.with_unknowns(unknowns)
     inverse = coarse_inverse(states, closing)
     converged, previous = np.zeros(len(states), dtype=bool), np.ones(len(states))
     active = np.arange(len(states))
@@ -53,8 +54,9 @@ def solve(
         every = slice(None) if whole else active
         some = (states, closing) if whole else (states.take(active), closing.take(active))
         change = _correction(*some, inverse[every])
-        states.unknowns[active] -= change
-        size = _size(states.unknowns[active], change)
+        unknowns[active] -= change
+        states = guess.with_unknowns(unknowns)
+        size = _size(unknowns[active], change)
         shrunk = size / previous[active]
         previous[active] = size
         # Near rounding error, corrections do not shrink any more.
@@ -67,8 +69,8 @@ def solve(
             break
         if len(slow):
             inverse[slow] = coarse_inverse(states.take(slow), closing.take(slow))
-    states.unknowns[~converged] = np.nan
-    return Solution(states, converged)
+    solved = np.where(converged[:, None], unknowns, np.nan)
+    return Solution(states=guess.with_unknowns(solved), converged=converged)
 
 
 def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:

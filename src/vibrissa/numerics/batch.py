@@ -56,14 +56,18 @@ class Batch:
         """Copy all columns."""
         return self.each(np.ndarray.copy)
 
-    def put(self, index: Index, other: Self) -> None:
-        """Replace the rows at `index` with the rows of `other`, in place."""
+    def with_rows(self, index: Index, other: Self) -> Self:
+        """Return a copy in which the rows at `index` are the rows of `other`."""
+        changed = object.__new__(type(self))
         for name in self.__dataclass_fields__:
-            values = other.__dict__[name]
+            values, rows = self.__dict__[name], other.__dict__[name]
             if isinstance(values, np.ndarray):
-                self.__dict__[name][index] = values
+                values = values.copy()
+                values[index] = rows
             elif isinstance(values, Batch):
-                self.__dict__[name].put(index, values)
+                values = values.with_rows(index, rows)
+            changed.__dict__[name] = values
+        return changed
 
     @classmethod
     def concatenate(cls, parts: Sequence[Self]) -> Self:

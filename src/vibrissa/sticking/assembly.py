@@ -138,8 +138,8 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
     at[np.isnan(at)] = np.inf
     stop, ends = at.min(axis=0), np.array([*found], dtype=object)[at.argmin(axis=0)]
     begins = stop > pieces.start + SAME
-    shorter, cut = pieces.copy(), np.flatnonzero(begins & (stop < pieces.stop))
-    shorter.put(cut, pieces.take(cut).up_to(stop[cut]))
+    cut = np.flatnonzero(begins & (stop < pieces.stop))
+    shorter = pieces.with_rows(cut, pieces.take(cut).up_to(stop[cut]))
     kept = []
     for curve, own in zip(followed, _rows(followed), strict=True):
         end, reason, last = curve.end, curve.end_message, own.stop

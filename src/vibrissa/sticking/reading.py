@@ -126,7 +126,7 @@ class CurveArray:
         if len(known) < len(x0):
             states = StickingState.unknown(len(x0))
             if len(known):
-                states.put(known, self.states(index[known], x0[known]))
+                return states.with_rows(known, self.states(index[known], x0[known]))
             return states
         place = self._piece_of(index, x0)
         within = np.minimum(x0, self.pieces.last_x0[place])
@@ -233,12 +233,12 @@ class CurveArray:
         states = StickingState.unknown(len(mu0))
         ends = np.array([curve.end for curve in self.curves], dtype=object)[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
-        states.put(followed, self.pieces.states.take((self.stop[index[followed]] - 1, -1)))
+        last = self.pieces.states.take((self.stop[index[followed]] - 1, -1))
         back = self._exit(BACK, index, mu0)
         slips = np.flatnonzero(np.isfinite(back.place))
-        states.put(slips, self.pieces.at(back.piece[slips], back.place[slips]))
+        slipping = self.pieces.at(back.piece[slips], back.place[slips])
         ends[slips] = End.SLIPS_BACK
-        return list(ends), states
+        return list(ends), states.with_rows(followed, last).with_rows(slips, slipping)
 
     def trailing_end(self, index: IntArray, mu0: FloatArray) -> StickingState:
         """Last sticking states of rods that trail behind after lateral buckling; else NaN."""
@@ -256,7 +256,8 @@ class CurveArray:
             at = self.pieces.first(place[rows], sampled, -alpha, _slips_back(alpha))
             # If tan α is below μ0 on the whole piece, the tip slips on an earlier one.
             slips = at > self.pieces.start[place[rows]]
-            states.put(rows[slips], self.pieces.at(place[rows[slips]], at[slips]))
+            found = self.pieces.at(place[rows[slips]], at[slips])
+            states = states.with_rows(rows[slips], found)
             place = place - 1
 
 

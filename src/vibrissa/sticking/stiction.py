@@ -90,8 +90,8 @@ def read_curves(
     if len(locks):
         ends, states = together.motion_end(of[locks], friction[locks])
         end[locks] = [how.value for how in ends]
-        ended.put(locks, states)
-        trail.put(locks, together.trailing_end(of[locks], friction[locks]))
+        ended = ended.with_rows(locks, states)
+        trail = trail.with_rows(locks, together.trailing_end(of[locks], friction[locks]))
     # A tip may slip back before the critical state is reached.
     sticks_until = np.where(slips, x0_slip, np.fmin(together.x0_lock[of], ended.x0))
     # Evaluate all states together: the first one of each curve, and two of each period.

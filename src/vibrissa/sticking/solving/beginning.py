@@ -71,12 +71,12 @@ def begin(
     """Solve the α = 0 states in which the branches of rods begin; `stage_angle` is δ (rad)."""
     ideal, found = _ideal_states(rods[:, 0], eta, nodes, model)
     missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
-    states = replace(ideal, rods=np.pad(ideal.rods, [(0, 0), (0, rods.shape[1] - 3)])).copy()
+    states = replace(ideal, rods=np.pad(ideal.rods, [(0, 0), (0, rods.shape[1] - 3)]))
     mounted = np.flatnonzero(found & rods[:, 1:].any(axis=1))
     if len(mounted):
         first, height = states.take(mounted), eta[mounted]
         solved, share = _homotopy(first, rods[mounted], height, height, model, 1.0)
-        states.put(mounted, solved)
+        states = states.with_rows(mounted, solved)
         lost = np.flatnonzero((share < 1.0) | (solved.fy >= 0.0))
         found[mounted[lost]] = False
         for row, why in zip(lost, _reasons(solved.take(lost), share[lost]), strict=True):
@@ -118,7 +118,7 @@ def _ideal_states(
         high = np.full(len(rows), HIGHEST)
         first, _ = _buckled_states(theta[rows], high, nodes)
         lowest, share = _homotopy(first, first.rods, high, eta[rows], model, FIRST_SHARE)
-        states.put(rows, lowest)
+        states = states.with_rows(rows, lowest)
         found[rows] = share >= 1.0
     return states, found
 
@@ -162,16 +162,17 @@ def _homotopy(
         weight = np.divide(
             target - share[active], way_before, out=np.zeros(len(active)), where=way_before > 0.0
         )
-        guess = RodStates(rods=between, unknowns=new + weight[:, None] * (new - old), line=line)
+        onward = new + weight[:, None] * (new - old)
         # After a change of contact, the extrapolated s_c may exceed 1.
-        np.minimum(guess.s_c, 1.0, out=guess.s_c)
+        onward[:, -1] = np.minimum(onward[:, -1], 1.0)
+        guess = RodStates(rods=between, unknowns=onward, line=line)
         upright = ClosingCondition.prescribing(eta, {FX: 1.0})
         solution, found = with_active_contact(guess, upright, model)
         good = found & _is_near(solution, guess) & (stability(solution, slides=True) > 0.0)
         steps[active] = np.where(good, 2.0 * steps[active], steps[active] / DIVISION)
         rows = active[good]
         before[rows] = states.unknowns[rows]
-        states.put(rows, solution.take(good))
+        states = states.with_rows(rows, solution.take(good))
         last[rows], share[rows] = share[rows], target[good]
         goes_on = (share < 1.0) & (states.fy < 0.0) & (steps >= SHORTEST_STEP)
         active = active[goes_on[active]]
@@ -202,9 +203,8 @@ def with_active_contact(
             start[:, -1] = 1.0
             switched = RodStates(rods=guess.rods[other], unknowns=start, line=~guess.line[other])
             again, converged = solve(switched, closing.take(other), tolerance=TOLERANCE)
-            states.put(other, again)
+            states = states.with_rows(other, again)
             found[other] = converged & (violation(again) <= 0.0)
     # Where the whole rod would lie down, s_c leaves its range
     found &= states.s_c > 0.0
-    states.unknowns[~found] = np.nan
-    return states, found
+    return states.with_unknowns(np.where(found[:, None], states.unknowns, np.nan)), found

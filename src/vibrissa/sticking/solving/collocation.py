@@ -197,8 +197,6 @@ def _curves(
 
 def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished) -> StickingCurve:
     """Join the resolved parts of one path to a curve that is not yet cut off at its end."""
-    # Exactly 0, not up to rounding.
-    pushed.pieces.states.x0[0, 0] = 0.0
     limits = retraction.limits
     admissible = np.isnan([limits.out_of_reach, limits.swings_aside]).all()
     return StickingCurve(
@@ -207,10 +205,17 @@ def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished)
         method=METHOD,
         status=Status.SOLVED,
         x1_init=float(branches.x1_init[row]),
-        pieces=pushed.pieces,
+        pieces=_from_zero(pushed.pieces),
         retraction=retraction.pieces if admissible else NO_PIECES,
         residual=float(np.append(pushed.residual, retraction.residual).max()),
     )
+
+
+def _from_zero(pieces: Pieces) -> Pieces:
+    """Return the pieces with the first x0 exactly 0, not up to rounding."""
+    x0 = pieces.states.x0.copy()
+    x0[0, 0] = 0.0
+    return replace(pieces, states=replace(pieces.states, x0=x0))
 
 
 def _ended(side: FloatArray, section: RodSection, ideal: bool, most: float) -> Ended:
@@ -248,9 +253,7 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
     share = excess[last - 1] / (excess[last - 1] - excess[last])
     steep = some.prescribing({FX: 1.0 / most, FY: 1.0})
     states, found = solve(between(low, knots.take(last), share), steep)
-    knots = knots.copy()
-    knots.states.put(last[found], states.take(found))
-    return knots
+    return replace(knots, states=knots.states.with_rows(last[found], states.take(found)))
 
 
 def _resolved(
@@ -271,7 +274,8 @@ def _resolved(
         # In point contact the rod buckles where the offset is zero: later states are not needed.
         under = (side * branches.x1_init)[parts.branch] - parts.start
         tip = parts.by_x0 & ~parts.line & (side[parts.branch] > 0.0)
-        parts.length[tip] = np.minimum(parts.length, under)[tip]
+        shorter = np.where(tip, np.minimum(parts.length, under), parts.length)
+        parts = replace(parts, length=shorter)
     known = parts.take(np.flatnonzero(parts.length > 0.0))
     guess = PathStates(parts=known, unknowns=guessed(known, branches, knots, STATES_ALONG_PART[0]))
     solved = (

@@ -5,7 +5,7 @@ component of the path coordinates along a fixed direction (equation E3c).
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -175,12 +175,16 @@ def cut(branches: Branches, followed: Followed, side: FloatArray) -> Parts:
     direction = np.array([s.direction for s in sections]).reshape(-1, 4)
     branch = knots.branch[first]
     some = branches.take(branch)
-    closing = some.along(direction, np.zeros(len(first)))
+    along = some.along(direction, np.zeros(len(first)))
     # Where the displacement is the parameter, it is measured in L.
     ahead = side[branch] / some.cos
-    closing.weights[by_x0] = 0.0
-    closing.weights[by_x0, OFFSET] = -ahead[by_x0]
-    closing.value[by_x0] = -(ahead * some.x1_init)[by_x0]
+    in_lengths = np.zeros_like(along.weights)
+    in_lengths[:, OFFSET] = -ahead
+    closing = replace(
+        along,
+        weights=np.where(by_x0[:, None], in_lengths, along.weights),
+        value=np.where(by_x0, -ahead * some.x1_init, along.value),
+    )
     quantities = _exact_knots(branches, followed, first, last, by_x0)
     weights = closing.weights[:, :4]
     start, stop = (np.vecdot(weights, quantities[at]) - closing.value for at in (first, last))

@@ -87,8 +87,8 @@ def finished(
     """
     parts = found.path.parts
     pieces = _pieces(found, branches, side, round_rods)
-    limits = ShapeLimits.unknown(len(parts))
-    limits = replace(limits, reason=np.full(len(parts), "", dtype=object))
+    out_of_reach, arches = np.full((2, len(parts)), np.nan)
+    reason = np.full(len(parts), "", dtype=object)
     position = chebyshev_nodes(STATES_LOOKED_AT)
     looked = _looked_at(found, position)
     nearest = looked.smallest.min(axis=1)
@@ -101,16 +101,22 @@ def finished(
             share, how = _limit(part, at, LIMITS[model])
             if model is Contact.POINT and (len(level) or looked.surface[row].min() < CLOSE):
                 arch, _ = _limit(part, at, ("surface",))
-                limits.arches[row] = parts.start[row] + arch * parts.length[row]
-            limits.out_of_reach[row] = parts.start[row] + share * parts.length[row]
-            limits.reason[row] = how
-    if round_rods and not ideal:
-        limits.swings_aside[:] = _buckling(found.path, pieces)
+                arches[row] = parts.start[row] + arch * parts.length[row]
+            out_of_reach[row] = parts.start[row] + share * parts.length[row]
+            reason[row] = how
+    buckles = round_rods and not ideal
+    limits = ShapeLimits(
+        out_of_reach=out_of_reach,
+        arches=arches,
+        swings_aside=_buckling(found.path, pieces) if buckles else np.full(len(parts), np.nan),
+        reason=reason,
+    )
     # Reverse retracted parts, so that x0 increases; Chebyshev points are symmetric.
     back = np.flatnonzero(side[parts.branch] < 0.0)
     turned = pieces.take(back)
     backwards = turned.states.take((slice(None), slice(None, None, -1)))
-    pieces.put(back, replace(turned, start=-turned.stop, stop=-turned.start, states=backwards))
+    turned = replace(turned, start=-turned.stop, stop=-turned.start, states=backwards)
+    pieces = pieces.with_rows(back, turned)
     return Finished(knot=parts.first, pieces=pieces, limits=limits, residual=found.residual)
 
 
@@ -141,7 +147,7 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
         stop=stop,
         states=states,
         shapes=_shapes(found.path, side),
-    ).copy()
+    )
 
 
 def _shapes(path: PathStates, side: FloatArray) -> ObjectArray:

@@ -148,9 +148,7 @@ def follow(
             known += [here.take(solved), ahead.take(kinks & solved)]
             back = ahead.direction[:, 0] * side[new.branch] < -BACK
             turned[new.branch[kinks & solved & back]] = True
-            last, before = last.copy(), before.copy()
-            last.put(rows, ahead)
-            before.put(rows, old)
+            last, before = last.with_rows(rows, ahead), before.with_rows(rows, old)
             step[rows] = np.where(kinks, np.minimum(step[rows], FIRST_STEP), step[rows])
             goes_on[rows] &= solved & ~back & ~ended(some, here)
         if not goes_on.all():
@@ -173,10 +171,10 @@ def _next(
     states, found = solve(guess, closing, TOLERANCE, FEW_ITERATIONS)
     miss = np.abs(states.phi - guess.phi).max(axis=1)
     found &= (miss < TOO_FAR) & (states.s_c > 0.0)
-    new, rows = last.copy(), np.flatnonzero(found)
+    new, rows = last, np.flatnonzero(found)
     if len(rows):
         some = branches.take(rows), last.branch[rows], states.take(rows), closing.take(rows)
-        new.put(rows, _knots(*some, step[rows]))
+        new = last.with_rows(rows, _knots(*some, step[rows]))
     found &= np.vecdot(new.direction, last.direction) > LEAST_COSINE
     return new, found, miss
 
@@ -226,18 +224,18 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
     share = np.clip(before[rows] / (before[rows] - after[rows]), 0.0, 1.0)
     guess = replace(between(old, new.take(rows), share), line=np.zeros(len(rows), dtype=bool))
     states, solved[rows] = solve(guess, some.prescribing({PHI1: 1.0}))
-    here, ahead, found = new.copy(), new.copy(), np.flatnonzero(solved[rows])
+    here, ahead, found = new, new, np.flatnonzero(solved[rows])
     if len(found):
         old, states, some = old.take(found), states.take(found), some.take(found)
         way = np.vecdot(old.direction, some.coordinates(states) - some.coordinates(old.states))
         line = old.states.line
         sides = replace(states, line=line), replace(states, line=~line)
         onward = some.along(old.direction, way)
-        here.put(rows[found], _knots(some, old.branch, sides[0], onward, way))
+        here = new.with_rows(rows[found], _knots(some, old.branch, sides[0], onward, way))
         # After the kink s_c falls from 1, or the slope of the tip rises from 0.
         lies = line.astype(np.float64)
         growing = some.prescribing({PHI1: lies, S_C: lies - 1.0})
-        ahead.put(rows[found], _knots(some, old.branch, sides[1], growing, 0.0 * way))
+        ahead = new.with_rows(rows[found], _knots(some, old.branch, sides[1], growing, 0.0 * way))
     return _Kinks(here, ahead, solved, kinks)
 
 
