@@ -9,7 +9,7 @@ from vibrissa.quantities import series
 from vibrissa.quantities.units import SI_UNITS
 from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.importing import Imported, Settings, import_recording
-from vibrissa.sensor.importing.importing import unloaded, zeros_of
+from vibrissa.sensor.importing.tare import unloaded, zeros_of
 from vibrissa.sensor.transducer import CHANNELS
 
 ROD = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
