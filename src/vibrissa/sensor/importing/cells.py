@@ -20,8 +20,10 @@ MISSING = (
     r"(?i:|-+|#{3,}|<?n/?a>?|nat|null|nil|none|missing|[-+]?nan(?:\(\w*\))?"
     rf"|[-+]?(?:inf|infinity|∞)|[-+]?1[.,]#\w+(?:[-+][0-9]+)?|{ERRORS})"
 )
-# Signs between groups of three digits, beside the point or comma that is no decimal sign.
-APOSTROPHES = "'’ \u00a0\u202f"
+# Signs between groups of three digits. The point or comma that is no decimal sign, and a blank,
+# count only if some number proves them.
+APOSTROPHES = "'’\u00a0\u202f"
+BLANK = " "
 SIGNED, EXPONENT = "[-+]?", "(?:[eEdD][-+]?[0-9]+)?"
 # A number with a decimal sign, in place of the braces.
 DECIMAL = SIGNED + "(?:[0-9]+{0}[0-9]*|{0}[0-9]+)" + EXPONENT
@@ -30,7 +32,7 @@ EITHER_SIGN = SIGNED + "[1-9][0-9]{0,2}[.,][0-9]{3}"
 # A number whose decimal sign is certain, as another sign or two equal ones separate its groups.
 GROUPED = SIGNED + "[1-9][0-9]{{0,2}}(?:(?:[{1}][0-9]{{3}})+{0}[0-9]+|(?:[{2}][0-9]{{3}}){{2,}})"
 # A number with groups.
-THOUSANDS = SIGNED + f"[0-9]{{1,3}}(?:[.,{APOSTROPHES}][0-9]{{3}})+(?:[.,][0-9]+)?"
+THOUSANDS = SIGNED + f"[0-9]{{1,3}}(?:[.,{APOSTROPHES}{BLANK}][0-9]{{3}})+(?:[.,][0-9]+)?"
 
 _VALUE = re.compile(f"{NUMBER.format('[.,]')}|{DECIMAL.format('[.,]')}|{THOUSANDS}|{CLOCK.pattern}")
 _WHOLE = re.compile(SIGNED + "[0-9]+" + EXPONENT)
@@ -79,8 +81,8 @@ class Signs(NamedTuple):
     @property
     def note(self) -> str:
         """As in ``decimal comma, thousands separated by '.'``."""
-        proved = [sign for sign in self.groups if sign in DECIMALS]
-        more = f", thousands separated by {proved[0]!r}" if proved else ""
+        proved = self.groups.removeprefix(APOSTROPHES)
+        more = f", thousands separated by {proved!r}" if proved else ""
         return DECIMALS[self.decimal] + more
 
 
@@ -95,7 +97,7 @@ def signs_of(cells: "DataFrame", name: str, stated: str | None) -> Signs:
         If no number decides; the message names the option to add.
     """
     proofs = dict.fromkeys(DECIMALS, 0)
-    grouped: set[str] = set()
+    grouped = dict.fromkeys(DECIMALS, "")
     doubtful: dict[int, str] = {}
     for _, column in cells.items():
         text = column.astype(str).str.strip()
@@ -106,11 +108,13 @@ def signs_of(cells: "DataFrame", name: str, stated: str | None) -> Signs:
             doubtful[line] = doubtful.get(line, signed[line])
         for sign, other in (".,", ",."):
             proofs[sign] += int((signed.str.fullmatch(DECIMAL.format(f"[{sign}]")) & ~either).sum())
-            pattern = GROUPED.format(f"[{sign}]", other + APOSTROPHES, other)
+            pattern = GROUPED.format(f"[{sign}]", other + APOSTROPHES + BLANK, other)
             certain = signed[signed.str.fullmatch(pattern)]
             proofs[sign] += len(certain)
-            if certain.str.contains(other, regex=False).any():
-                grouped.add(sign)
+            proved = [
+                group for group in (other, BLANK) if certain.str.contains(group, regex=False).any()
+            ]
+            grouped[sign] += "".join(group for group in proved if group not in grouped[sign])
     if stated is None and doubtful and not any(proofs.values()):
         line = min(doubtful)
         raise RecordingError(
@@ -118,8 +122,7 @@ def signs_of(cells: "DataFrame", name: str, stated: str | None) -> Signs:
             "thousands: add --decimal ',' or --decimal '.', whichever marks decimals"
         )
     decimal = stated or max(proofs, key=lambda sign: proofs[sign])
-    other = "".join(DECIMALS.keys() - {decimal})
-    return Signs(decimal, APOSTROPHES + (other if decimal in grouped else ""))
+    return Signs(decimal, APOSTROPHES + grouped[decimal])
 
 
 def values_of(

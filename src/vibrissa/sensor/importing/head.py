@@ -37,7 +37,8 @@ class Head(NamedTuple):
 def head_of(grid: Grid, name: str, title_line: int | None, unit_line: int | None) -> Head:
     """Find titles and units, in the lines that are stated or else by what they contain.
 
-    The titles are the last line whose cells differ from each other, and that holds no units.
+    The titles are the last line that holds no units, has a text for most columns, and mostly
+    different ones: remarks such as raw;raw;raw may stand below the titles.
 
     Raises
     ------
@@ -57,8 +58,8 @@ def head_of(grid: Grid, name: str, title_line: int | None, unit_line: int | None
         line for line, cells in rows.items() if line != title_line and are_units(cells)
     )
     others = {line: cells for line, cells in rows.items() if line != units_at}
-    different = [line for line, cells in others.items() if _differ(cells)]
-    titles_at = title_line or _last(different or others)
+    likely = [line for line, cells in others.items() if _are_titles(cells)]
+    titles_at = title_line or _last(likely or others)
     return Head(
         titles=rows.get(titles_at, [f"#{number}" for number in range(1, width + 1)]),
         units=rows.get(units_at, [""] * width),
@@ -120,10 +121,10 @@ def are_units(cells: Sequence[str]) -> bool:
     return 2 * known > len(units) or all(map(is_unit, units))
 
 
-def _differ(cells: Sequence[str]) -> bool:
-    """Whether the titles differ from each other; a row of units or remarks may repeat them."""
+def _are_titles(cells: Sequence[str]) -> bool:
+    """Whether most cells are filled, and most of these differ from each other."""
     filled = [cell for cell in cells if cell]
-    return len(set(filled)) == len(filled)
+    return 2 * len(filled) > len(cells) and 2 * len(set(filled)) > len(filled)
 
 
 def _last(lines: Iterable[int]) -> int:

@@ -193,6 +193,9 @@ def quiet_part(readings: FloatArray, kept: BoolArray, stated: BoolArray) -> Bool
         first -= 1
     while last < blocks - 1 and alike[last + 1]:
         last += 1
+    # The block beside one with load may hold its beginning.
+    if last - first > 1:
+        first, last = first + (first > 0), last - (last < blocks - 1)
     quiet[:] = False
     quiet[parts[first][0] : parts[last][-1] + 1] = True
     return quiet
@@ -200,7 +203,10 @@ def quiet_part(readings: FloatArray, kept: BoolArray, stated: BoolArray) -> Bool
 
 def free_before(values: Values, kept: BoolArray) -> int:
     """Count the rows before the scan that are certainly without load."""
-    free = unloaded(values, int(np.argmax(kept)) or len(kept))
+    end = len(kept) - int(np.argmax(kept[::-1]))
+    free = unloaded(
+        {name: each[:end] for name, each in values.items()}, int(np.argmax(kept)) or end
+    )
     return free if free >= FEWEST else 0
 
 
@@ -246,13 +252,14 @@ def unloaded(values: Values, begin: int) -> int:
         return 0
     clamp = values.get("footpoint", np.zeros(len(values[channel])))
     rows = np.flatnonzero(np.isfinite(values[channel] + clamp))
-    readings, begin = values[channel][rows], int(np.searchsorted(rows, begin))
+    readings, begin, end = values[channel][rows], int(np.searchsorted(rows, begin)), len(rows)
     if "footpoint" in values:
-        begin = min(begin, moving(clamp[rows]).start)
-    if not FEWEST < begin < len(readings) - FEWEST:
+        scan = moving(clamp[rows])
+        begin, end = min(begin, scan.start), scan.stop
+    if not FEWEST < begin < end - FEWEST:
         return 0
     load = readings - np.median(readings[:FEWEST])
-    moved = load[begin:]
+    moved = load[begin:end]
     moved = moved[touching(moved[:, None])]
     usual = np.median(moved)
     changed = int(np.argmax(np.abs(load) > CHANGED * noise_of(readings[:, None])))
