@@ -10,7 +10,7 @@ TEST_STAMP := $(VENV)/.test
 DOCS_STAMP := $(VENV)/.docs
 LINT_STAMP := $(VENV)/.lint
 CLUSTER_STAMP := $(VENV)/.cluster
-# Further groups that `make setup` installs: test, docs, lint, cluster.
+# Further groups that `make setup` installs: files, test, docs, lint, cluster.
 LOCKS ?=
 PIP_INSTALL := $(PY) -m pip install -qq --no-input --disable-pip-version-check
 # Tried in this order; name one yourself with `make PYTHON=/path/to/python3 ...`.
@@ -55,7 +55,7 @@ help:
 	@echo "  make explorer             make results/explorer.html: move the rod in a browser, offline"
 	@echo "Development:"
 	@echo "  make setup                install the locked packages into .venv, as other targets do if needed"
-	@echo "                            (LOCKS='test docs lint cluster' for the packages of these, too)"
+	@echo "                            (LOCKS='files test docs lint cluster' for these, too)"
 	@echo "  make test                 run the tests (options of pytest: ARGS='tests/sensor -x')"
 	@echo "  make lint                 ruff, snakefmt, snakemake --lint, import layers, mypy"
 	@echo "  make docs                 build the documentation as a site, in build/site"
@@ -184,7 +184,8 @@ COMPILE = $(PY) -m uv pip compile pyproject.toml --extra workflow --group build 
     --custom-compile-command "make lock" $(if $(UPGRADE),--upgrade)
 lock: $(LINT_STAMP)
 	@$(COMPILE) --output-file locks/study.lock
-	@$(COMPILE) --group test --constraints locks/study.lock --output-file locks/test.lock
+	@$(COMPILE) --group test --extra files --constraints locks/study.lock --output-file locks/test.lock
+	@$(COMPILE) --extra files --constraints locks/test.lock --output-file locks/files.lock
 	@$(COMPILE) --extra cluster --constraints locks/study.lock --output-file locks/cluster.lock
 	@$(COMPILE) --group docs --constraints locks/test.lock --output-file locks/docs.lock
 	@$(COMPILE) --group lint --constraints locks/test.lock --output-file locks/lint.lock

@@ -65,7 +65,7 @@ def conda(path: str) -> dict[str, str]:
     return {part[1]: part[2].strip() for part in parts if part}
 
 
-PURPOSES = ("study", "test", "docs", "lint", "cluster")
+PURPOSES = ("study", "files", "test", "docs", "lint", "cluster")
 
 
 @pytest.mark.parametrize("purpose", PURPOSES)

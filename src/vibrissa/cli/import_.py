@@ -17,7 +17,12 @@ EXAMPLE = (
 
 @command({"File": tuple(Settings.model_fields)}, EXAMPLE, "--settings")
 def import_(
-    file: Annotated[Path, typer.Argument(help="A text file with a table; - for standard input.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="A table: text, Excel, MATLAB, TDMS, .lvm or Parquet; - for standard input."
+        ),
+    ],
     settings: Settings,
     output: Out,
 ) -> None:

@@ -309,7 +309,7 @@ def lines_of(text: str, blank: str | None = None) -> "Series[str]":
     return lines[lines.str.strip(blank) != ""]
 
 
-def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame":
+def split(lines: "Series[str]", source: str) -> "DataFrame":
     """Split lines into cells, which are texts.
 
     Raises
@@ -324,7 +324,7 @@ def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame
     rows: list[list[str]] = []
     for number, line in lines.items():
         try:
-            rows += csv.reader([line], delimiter=separator, strict=True)
+            rows += csv.reader([line], strict=True)
         except csv.Error as error:
             raise RecordingError(f"{source}, line {number}: unpaired quotes ({error})") from None
     others = [

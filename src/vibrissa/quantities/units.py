@@ -81,8 +81,8 @@ LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
 # Products, quotients and powers of names, such as kg/(m*s^2). Only such texts are passed to Pint.
 _NAME = r"(?:[^\W\d_]|°)\w*(?:(?:\*\*|\^)-?[1-9])?"
 _UNIT = rf"{_NAME}(?:[*/·() ]+{_NAME})*\)?"
-# The sign of a product in a unit of a moment: N-m, N.m.
-_MOMENT = re.compile(r"(?<=[Nf])[-.⋅](?=[a-z])")
+# The sign of a product in a unit of a moment: N-m, N.m, in-lbf.
+_MOMENT = re.compile(r"(?<=[A-Za-z])[-.⋅](?=[A-Za-z])")
 # An exponent, as in 1e3, is no unit.
 NUMBER_AND_UNIT = re.compile(
     r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,5})?)"
@@ -107,6 +107,8 @@ def _registry() -> "pint.UnitRegistry[Any]":
     # Moments are often written without a sign between the units.
     registry.define("Nm = newton * meter")
     registry.define("Nmm = newton * millimeter")
+    registry.define("Ncm = newton * centimeter")
+    registry.define("kp = 9.80665 newton")
     return registry
 
 
@@ -126,6 +128,30 @@ def unit_size(unit: str, kind: Kind) -> Decimal:
         # An unknown unit, one with an offset or a logarithm, an open bracket, or an overflow.
         return Decimal(0)
     return Decimal(size) if len(bases) == 1 else Decimal(0)
+
+
+@cache
+def unit_ratio(unit: str, other: str) -> Decimal:
+    """Size of a unit in another unit of any kind; 0 if they measure different quantities.
+
+    Examples
+    --------
+    >>> print(unit_ratio("V", "mV"))
+    1000
+    """
+    from pint import PintError
+
+    if not all(re.fullmatch(_UNIT, one) for one in (unit, other)):
+        return Decimal(0)
+    try:
+        return Decimal(_registry().Quantity(Decimal(1), unit).to(other).magnitude)
+    except (PintError, TokenError, TypeError, ValueError, ArithmeticError):
+        return Decimal(0)
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit, of whatever kind."""
+    return unit_ratio(text, text) != 0
 
 
 class Measured(NamedTuple):

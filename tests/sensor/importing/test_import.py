@@ -145,7 +145,8 @@ def test_the_rows_between_two_times_or_positions_are_kept():
         )
         assert windowed.values["time"].tolist() == list(range(10, 21))
     forces = {"force_x": "Fx", "force_y": "Fy"}
-    steady = imported(text, forces, **times, speed="1 mm/s", rate="2 Hz").values
+    untimed = file_of([time, 0.1 * time, np.sin(time), -1 + 0 * time], "n;x;Fx [N];Fy [N]")
+    steady = imported(untimed, forces, **times, speed="1 mm/s", rate="2 Hz").values
     assert steady["footpoint"] == pytest.approx(np.arange(21) * 5e-4)
 
 
@@ -166,7 +167,7 @@ def test_missing_values_stay_missing():
         ("Fx_mN", "", 1e-3),
         ("Fx mN", "", 1e-3),
         ("Fx", " [mN]", 1e-3),
-        ("Fx [N]", " [mN]", 1e-3),
+        ("Fx [mN]", " [mN]", 1e-3),
     ],
 )
 def test_a_unit_stands_in_the_title_or_is_told(header, unit, size):
@@ -235,7 +236,8 @@ def test_settings_that_do_not_fit_the_file_are_refused(settings, message):
     ("time", "message"),
     [
         ([0, 1, 1, 3, 2], "line 4: time does not increase.*\n.*line 6: time does not increase"),
-        (["12:00:01"] * 5, "line 2: time must be empty or a number.*, got '12:00:01'"),
+        (["12:00:01"] * 5, "line 3: time does not increase"),
+        (["12:00:01", "noon", *"345"], "line 3: time must be a time such as .*, got 'noon'"),
     ],
 )
 def test_times_that_are_none_are_named(time, message):

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from steel import Given, identified
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.quantities import series
 from vibrissa.quantities.units import SI_UNITS
 from vibrissa.scanning import surfaces
 from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.importing import Imported, Settings, import_recording
-from vibrissa.sensor.importing.importing import unloaded, zeros_of
+from vibrissa.sensor.importing.tare import quiet_part, unloaded, zeros_of
 from vibrissa.sensor.transducer import CHANNELS
 
 ROD = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
@@ -168,3 +168,99 @@ def test_a_zero_is_known_as_well_as_its_mean_scatters():
     # The readings share their noise; as if they did not, it would be told too small by a factor 3.
     assert np.sqrt(np.mean(np.square(told))) == pytest.approx(np.std(errors), rel=0.35)
     assert np.mean(told) > 2.0 * 0.35 / np.sqrt(420)
+
+
+def in_air_before_and_after(signals, jump, seed=1, before=400, after=400):
+    """A file: the rod in air, lowered, at rest, moved, at rest, lifted off, and in air again.
+
+    The zero of force_y jumps when the clamp begins to move.
+    """
+    loads = np.stack([signals[name].values for name in CHANNELS], axis=1)
+    first, last = loads[0], loads[-1]
+    ramp = np.linspace(0, 1, 30)[:, None]
+    parts = [np.zeros((before, 3)), ramp * first, np.tile(first, (60, 1))]
+    begin = sum(map(len, parts))
+    parts += [loads, np.tile(last, (60, 1)), ramp[::-1] * last, np.zeros((after, 3))]
+    every = np.concatenate(parts)
+    clamp = np.zeros(len(every))
+    clamp[begin : begin + len(loads)] = signals["footpoint"].values
+    clamp[begin + len(loads) :] = clamp[begin + len(loads) - 1]
+    noise = np.random.default_rng(seed).normal(0.0, [3e-3, 3e-3, 1e-4], (len(every), 3))
+    every = every + noise + (0.3, -0.1, 5e-3)
+    every[begin:, 1] += jump
+    lines = ["time [s];footpoint [m];force_x [N];force_y [N];moment_z [N*m]"]
+    lines += [
+        ";".join(map(repr, [row / 100, *map(float, (x, *reading))]))
+        for row, (x, reading) in enumerate(zip(clamp, every, strict=True))
+    ]
+    return "\n".join(lines).encode(), begin, begin + len(loads)
+
+
+def scanned(begin, end):
+    return {"from": f"{begin / 100} s", "to": f"{(end - 1) / 100} s"}
+
+
+@pytest.mark.parametrize("jump", [0.0, 0.06, -0.06])
+def test_rows_in_air_after_the_scan_are_a_second_tare(signals, jump):
+    data, begin, end = in_air_before_and_after(signals, jump)
+    found = import_recording(data, Settings.read(**scanned(begin, end)))
+    force, other = found.zeros["force_y"], found.zeros["force_x"]
+    assert other.change == 0.0 and other.value == pytest.approx(0.3, abs=5 * other.deviation)
+    said = [line for line in found.report() if "changes by" in line or "agree" in line]
+    assert len(said) == 1
+    if not jump:
+        assert force.change == 0.0 and said[0].startswith("the zeros after the scan agree: ")
+        return
+    assert said[0].startswith("force_y changes by ")
+    assert force.change == pytest.approx(jump, abs=2e-3)
+    # A steady change is subtracted: what is left of a jump is within the error of the zero.
+    truth = signals["force_y"].values
+    left = (found.values["force_y"] - truth).mean()
+    assert force.deviation == pytest.approx(abs(jump) / np.sqrt(12), rel=0.1)
+    assert abs(left) < 2.0 * force.deviation
+
+
+def test_rows_in_air_after_the_scan_are_the_tare_if_there_are_none_before(signals):
+    data, begin, end = in_air_before_and_after(signals, 0.0, before=0)
+    found = import_recording(data, Settings.read(**scanned(begin, end)))
+    for name, wanted in zip(CHANNELS, (0.3, -0.1, 5e-3), strict=True):
+        assert abs(found.zeros[name].value - wanted) < 5 * found.zeros[name].deviation
+    assert any("rows without load only after the scan: " in note for note in found.notes)
+
+
+@pytest.mark.parametrize(("window", "part"), [("0 s, 4.4 s", (0.0, 4.0)), ("2 s, 4.9 s", (2, 4))])
+def test_a_window_that_contains_load_is_refused_with_the_part_that_would_do(signals, window, part):
+    data, begin, end = in_air_before_and_after(signals, 0.0)
+    with pytest.raises(RecordingError) as error:
+        import_recording(data, Settings.read(tare=window, **scanned(begin, end)))
+    message = str(error.value)
+    assert "change in the window of --tare by more than their noise: choose a part" in message
+    proposed = message.partition("--tare '")[2].rstrip("'")
+    ends = [float(one.removesuffix(" s")) for one in proposed.split(", ")]
+    assert part[0] <= ends[0] < ends[1] <= part[1] + 0.05
+    assert ends[1] - ends[0] > 0.6 * (part[1] - part[0])
+    zeros = import_recording(data, Settings.read(tare=proposed, **scanned(begin, end))).zeros
+    assert zeros["force_y"].value == pytest.approx(-0.1, abs=2e-3)
+
+
+def test_a_window_at_rest_on_the_surface_is_refused(signals):
+    data, begin, end = in_air_before_and_after(signals, 0.0)
+    with pytest.raises(
+        RecordingError, match=r"force_y is under load in the window of --tare: .* '0 "
+    ):
+        import_recording(data, Settings.read(tare="4.35 s, 4.85 s", **scanned(begin, end)))
+
+
+@pytest.mark.parametrize("size", [0.0, 0.02])
+def test_noise_hum_and_a_spike_are_no_load(size):
+    """Nor is noise that a filter has smoothed."""
+    rng = np.random.default_rng(7)
+    smooth = np.convolve(rng.standard_normal(439), np.ones(40) / 40, "valid")
+    hum = np.sin(np.arange(400) * 0.7)
+    load = np.concatenate([np.zeros(400), np.full(400, -0.4)])
+    kept = np.arange(800) >= 400
+    for each in (rng.standard_normal(400), smooth, hum):
+        readings = load + 0.003 * rng.standard_normal(800)
+        readings[:400] += size * each
+        readings[37] += 0.3
+        assert quiet_part(readings, kept, ~kept).all()

@@ -1,144 +1,45 @@
-"""Import of a laboratory's file: settings, the recording, and a report of how it was read."""
+"""Import of a laboratory's file: the recording, and a report of how it was read."""
 
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.quantities.keys import Keyed, Positive
-from vibrissa.quantities.series import Column, Tabular, listed, numbers
-from vibrissa.quantities.units import Kind, Units, wished_units
-from vibrissa.sensor.identification.ends import FEWEST, moving, touching
-from vibrissa.sensor.identification.recording import noise_of
-from vibrissa.sensor.importing.layout import KINDS, FileColumn, Layout, decoded, layout_of
+from vibrissa.quantities.series import Column, Tabular, listed
+from vibrissa.quantities.units import Units, wished_units
+from vibrissa.sensor.importing.cells import is_missing, values_of
+from vibrissa.sensor.importing.clock import since_first
+from vibrissa.sensor.importing.columns import KINDS, FileColumn, find_column
+from vibrissa.sensor.importing.formats import layout_in
+from vibrissa.sensor.importing.layout import Layout
+from vibrissa.sensor.importing.settings import INSTEAD, Place, Settings
+from vibrissa.sensor.importing.tare import FEWEST_READINGS, Zero, recorded, tare_of
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 
-# Options that replace a column missing in the file.
-INSTEAD = {"time": "--rate '50 Hz'", "footpoint": "--speed, --from and --to"}
 NO_TARE = (
     "no tare: readings without load are taken as 0; if the rod was free for a while, add --tare, "
     "as in --tare '0 s, 2 s'"
 )
-# Errors of successive readings may be correlated (filter, hum). With enough readings, the error of
-# their mean is therefore estimated from the means of this number of blocks.
-BLOCKS, FEWEST_IN_BLOCKS = 20, 100
-# Least number of readings for a zero and its error.
-FEWEST_READINGS = 3
-# A change of a reading by this many standard deviations is a load: noise exceeds it once in 10^6.
-CHANGED = 5.0
-# Least change at the first touch, as a part of the usual load in motion; part of the rows before
-# this change whose mean is the zero.
-LOADED, TAKEN = 0.3, 0.8
+# Times since 1970 (s) are counted from the first row.
+LONG_AGO = 1e8
+# Part by which a stated rate, or the way by a stated speed, may differ from the file's.
+RATE_ERROR, WAY_ERROR = 0.01, 0.05
+
+# Number of lines that may be titles in a message.
+MOST_TITLES = 3
 
 Values = dict[str, FloatArray]
 
 
-class Place(NamedTuple):
-    """A place in a recording: a time (s) or a clamp position (m)."""
-
-    column: str
-    value: float
-
-
-def _place(text: Any, info: ValidationInfo) -> Place:
-    for column in ("time", "footpoint"):
-        with suppress(ArgumentError):
-            return Place(column, KINDS[column].read(str(text), column))
-    name = str(info.field_name).strip("_")
-    raise ArgumentError(f"{name!r} must be a time or a clamp position with its unit, got {text!r}")
-
-
-def _two(text: Any, info: ValidationInfo, example: str = "0 s, 2 s") -> list[str]:
-    parts = str(text).split(",")
-    if len(parts) != 2:
-        name = info.field_name
-        raise ArgumentError(f"{name} must be two values, as in {example!r}, got {text!r}")
-    return parts
-
-
-def _lengths(text: Any, info: ValidationInfo) -> list[float]:
-    parts = _two(text, info, "0 mm, -20 mm")
-    return [Kind.LENGTH.read(part, str(info.field_name)) for part in parts]
-
-
-At = Annotated[Place, BeforeValidator(_place)]
-
-
-class Settings(Keyed):
-    """Settings of an import; those that are None are found in the file, or not used.
-
-    Examples
-    --------
-    >>> Settings.read(column={"force_x": "-Fx [mN]"}, tare="0 s, 2 s").tare
-    (Place(column='time', value=0.0), Place(column='time', value=2.0))
-    """
-
-    column: dict[str, str] = Field(default_factory=dict)
-    """Column of the file for a channel, with its unit if the file has none: 'force_x=Fx [mN]';
-    'force_y=-Fy' turns its sign, 'time=#1' is the first column. Repeat for each channel. Columns
-    named time, footpoint, force_x, force_y and moment_z need no option."""
-    turn: Annotated[float, Kind.ANGLE] = 0.0
-    """Angle by which the file's axes are turned from x to y: '90 deg'."""
-    moment_origin: Annotated[tuple[float, float], BeforeValidator(_lengths)] = (0.0, 0.0)
-    """Point to which the file's moment refers, from the clamp: '1 mm, 0 mm'."""
-    tare: Annotated[tuple[At, At] | None, BeforeValidator(_two)] = None
-    """Window without load, whose mean is the zero: '0 s, 2 s'. By default the rows before the rod
-    touches the surface, if the clamp rests then."""
-    speed: Annotated[Positive | None, Kind.SPEED] = None
-    """Speed of the stage, if its position is missing: '0.1 mm/s'."""
-    rate: Annotated[Positive | None, Kind.RATE] = None
-    """Samples per second, if the time is missing: '50 Hz'."""
-    from_: At | None = Field(None, alias="from")
-    """First sample to take, by time or clamp position: '2 s'. With --speed: the time at which the
-    stage begins to move."""
-    to: At | None = None
-    """Last sample to take: '40 s'. With --speed: the time at which the stage stops."""
-    decimal: Literal[".", ","] | None = None
-    """Decimal sign, '.' or ','. Found by default."""
-
-    @property
-    def made(self) -> set[str]:
-        """Columns that are computed from `rate` or `speed`, not taken from the file."""
-        replaced = {"time": self.rate, "footpoint": self.speed}
-        return {name for name, given in replaced.items() if given is not None}
-
-    @property
-    def needed(self) -> set[str]:
-        """Columns that must be in the file."""
-        places = [*(self.tare or ()), self.from_, self.to]
-        needed = {"footpoint", *self.column, *(place.column for place in places if place)}
-        if self.turn:
-            needed |= {"force_x", "force_y"}
-        if any(self.moment_origin):
-            needed |= set(CHANNELS)
-        return needed - self.made
-
-    @model_validator(mode="after")
-    def _check_together(self) -> Self:
-        if unknown := self.column.keys() - KINDS.keys():
-            raise ArgumentError(f"column must be one of {', '.join(KINDS)}, got {unknown.pop()!r}")
-        places = [self.from_, self.to, *(self.tare or ())]
-        if self.speed is not None and any(not one or one.column != "time" for one in places):
-            raise ArgumentError(
-                "with speed, give the times at which the stage begins to move and stops, as in "
-                "--from '2 s' --to '40 s'; if you give --tare, it must be times, too"
-            )
-        for name in self.made & self.column.keys():
-            raise ArgumentError(f"give a column of {name} or {INSTEAD[name]}, not both")
-        return self
-
-
-class Zero(NamedTuple):
-    """Mean reading of a channel without load, standard error of the mean, number of readings."""
+class Rate(NamedTuple):
+    """A rate (Hz), and the part by which it may be wrong."""
 
     value: float
-    deviation: float
-    rows: int
+    error: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -190,7 +91,17 @@ class Imported(Tabular):
             f"{name} = {text}, mean of {counted(zero.rows, 'row')}, subtracted"
             for (name, text), zero in zip(self.header().items(), self.zeros.values(), strict=True)
         ]
-        return (*self.notes, *(zeros or [NO_TARE]))
+        drifts = [
+            f"{name} changes by {self._spelled(zero.change, name)} to the other side of the scan: "
+            "a steady change is subtracted; if it jumped, cut the recording there by --from, --to"
+            for name, zero in self.zeros.items()
+            if zero.change
+        ]
+        return (*self.notes, *(zeros or [NO_TARE]), *drifts)
+
+    def _spelled(self, value: float, name: str) -> str:
+        told, unit = self.units.told(value, KINDS[name])
+        return f"{told:.3g} {unit}"
 
 
 def import_recording(data: bytes, settings: Settings, name: str = "the file") -> Imported:
@@ -211,11 +122,11 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
     Raises
     ------
     RecordingError
-        If the file is no recording, its columns or decimal sign are ambiguous, or the stated tare
-        has too few readings; the message has a line for each error.
+        If the file is no recording, its columns or decimal sign are ambiguous, a setting
+        contradicts the file, or the stated tare has too few readings or contains load; the message
+        has a line for each error.
     """
-    text = decoded(data, name)
-    layout = layout_of(text, name, settings.decimal)
+    layout = layout_in(data, name, settings)
     found = _columns(layout, name, settings)
     values = _values(found, layout, name, settings.rate)
     if settings.turn:
@@ -224,74 +135,195 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
         values = about_clamp(values, settings.moment_origin)
     kept = _inside(values, settings.from_, settings.to)
     if not kept.any():
-        raise RecordingError(f"{name}: no row is left between --from and --to")
-    zeros = _zeros(values, settings, kept)
+        raise RecordingError(f"{name}: no row is left between --from and --to; {_extent(values)}")
+    window = None if settings.tare is None else _inside(values, *settings.tare)
+    _check_tare(window, values, name)
+    tare = tare_of(values, kept, window, name, lambda rows: _spelled(rows, values))
     values = {
-        key: (each - zeros[key].value if key in zeros else each)[kept]
+        key: (each - tare.offsets[key] if key in tare.offsets else each)[kept]
         for key, each in values.items()
     }
-    few = ", ".join(one for one in _recorded(values) if one not in zeros)
-    if few and settings.tare is not None:
-        raise RecordingError(f"{name}: the tare has fewer than {FEWEST_READINGS} readings of {few}")
     notes = [*layout.notes, *(f"{target}: {one.note}" for target, one in found.items())]
     if settings.speed is not None:
         values["footpoint"] = settings.speed * (values["time"] - values["time"][0])
         notes.append("footpoint: speed times the time since --from")
+        _check_speed(values, kept, layout, name)
     missing = {key: int(np.isnan(each).sum()) for key, each in values.items()}
     notes += [f"{key} is missing in {counted(n, 'row')}" for key, n in missing.items() if n]
     if not kept.all():
         notes.append(f"outside --from and --to: {counted(int((~kept).sum()), 'row')}")
-    if few and zeros:
+    few = ", ".join(one for one in recorded(values) if one not in tare.zeros)
+    if few and tare.zeros:
         notes.append(f"no zero for {few}: fewer than {FEWEST_READINGS} readings without load")
     units = Units(si=True, wished=wished_units(*(f"1 {one.unit}" for one in found.values())))
-    return Imported(values=values, zeros=zeros, notes=tuple(notes), units=units)
+    return Imported(values=values, zeros=tare.zeros, notes=(*notes, *tare.notes), units=units)
 
 
 def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileColumn]:
     """Find the columns of a recording; all errors are reported together."""
-    found, errors = {}, []
+    found: dict[str, FileColumn] = {}
+    errors, unknown = [], False
     for target in [one for one in KINDS if one not in settings.made]:
         source = settings.column.get(target, target)
         try:
-            one = layout.column(target, source)
+            one = find_column(layout, target, source)
         except ArgumentError as error:
             errors.append(str(error))
             continue
         if one is not None:
             found[target] = one
         elif target in settings.needed:
+            unknown = True
             errors.append(
                 f"there is no column {source}: choose the column of {target}, as in --column "
                 f"'{target}=title [{KINDS[target].si}]'"
                 + (f"; if the file has none, give {INSTEAD[target]}" if target in INSTEAD else "")
             )
     if not {*found, *settings.column} & set(CHANNELS):
+        unknown = True
         errors.append(
             f"no column is named {', '.join(CHANNELS)}: choose their columns, as in --column "
             "'force_x=title [N]'"
         )
     if errors:
-        begin, titles = layout.cells.index[0], ", ".join(layout.titles)
-        errors.append(f"the columns of the table from line {begin} on are: {titles}")
+        if unknown:
+            errors.append(_other_titles(layout))
+        titles = ", ".join(layout.titles)
+        errors.append(
+            f"the columns of the table from line {layout.cells.index[0]} on are: {titles}"
+        )
         raise RecordingError("\n".join(f"{name}: {error}" for error in errors))
     return found
 
 
+def _other_titles(layout: Layout) -> str:
+    """Name the ways to choose a column whose title was not found."""
+    lines = [
+        f"line {line}: {', '.join(cells)}"
+        for line, cells in layout.heads.items()
+        if list(cells) != list(layout.titles)
+    ]
+    option = "if the titles are in another line, add its number, as in --title-line 7"
+    other = f"{option} ({'; '.join(lines[-MOST_TITLES:])}); " if lines else ""
+    return f"{other}#1 is the first column, whatever its title"
+
+
 def _values(found: dict[str, FileColumn], layout: Layout, name: str, rate: float | None) -> Values:
     """Read columns in SI units."""
-    cells = {target: layout.cells[one.number] for target, one in found.items()}
-    read = numbers(cells, name, layout.decimal)
+    cells = {target: layout.cells.iloc[:, one.number] for target, one in found.items()}
+    plain = {target: each for target, each in cells.items() if not found[target].clock}
+    read = values_of(plain, name, layout.signs)
     values = {target: found[target].factor * each for target, each in read.items()}
     if rate is not None:
+        _check_rate(rate, layout, name)
         return {"time": layout.samples / rate, **values}
-    time = values.get("time", np.empty(0))
+    if "time" in found:
+        time = _time(found["time"], layout, name) if found["time"].clock else values["time"]
+        _check_time(time, layout, name)
+        values = values | {"time": time - time[0] if time[0] > LONG_AGO else time}
+    return values
+
+
+def _time(column: FileColumn, layout: Layout, name: str) -> FloatArray:
+    """Read times of a clock, in seconds since the first."""
+    cells = layout.cells.iloc[:, column.number]
+    missing = np.array([is_missing(str(cell).strip()) for cell in cells])
+    return column.factor * since_first(cells, name, missing)
+
+
+def _check_time(time: FloatArray, layout: Layout, name: str) -> None:
     wrong = {"is missing": np.isnan(time), "does not increase": np.diff(time, prepend=-np.inf) <= 0}
     for what, late in wrong.items():
         if late.any():
             why = f"time {what}; correct the times, or give --rate instead"
             lines = layout.cells.index[late]
             raise RecordingError(listed(f"{name}, line {line}: {why}" for line in lines))
-    return values
+
+
+def _check_rate(rate: float, layout: Layout, name: str) -> None:
+    """Refuse a rate that contradicts all increasing times of the file."""
+    rates = {}
+    for number, title in enumerate(layout.titles, 1):
+        with suppress(ArgumentError, RecordingError):
+            column = find_column(layout, "time", f"#{number}")
+            if column is not None:
+                rates[title] = _rate_of(column, layout, name)
+    known = {title: found for title, found in rates.items() if found is not None}
+    if known and not any(abs(rate / found.value - 1.0) <= found.error for found in known.values()):
+        title, found = next(iter(known.items()))
+        raise RecordingError(
+            f"{name}: --rate is {rate:g} Hz, but by the column {title} it is {found.value:.4g} Hz: "
+            f"leave out --rate, and choose the column, as in --column 'time={title}'"
+        )
+
+
+def _rate_of(column: FileColumn, layout: Layout, name: str) -> "Rate | None":
+    """Mean rate of the times in a column; None if they do not increase."""
+    if column.clock:
+        time = _time(column, layout, name)
+    else:
+        cells = {"time": layout.cells.iloc[:, column.number]}
+        time = column.factor * values_of(cells, name, layout.signs)["time"]
+    steps = np.diff(time)
+    if not len(steps) or not (steps >= 0.0).all() or time[-1] == time[0]:
+        return None
+    way = time[-1] - time[0]
+    # A clock may be coarse.
+    error = RATE_ERROR + 2.0 * np.median(steps[steps > 0.0]) / way
+    samples = layout.samples[-1] - layout.samples[0]
+    return Rate(float(samples / way), float(error))
+
+
+def _check_speed(values: Values, kept: BoolArray, layout: Layout, name: str) -> None:
+    """Refuse a speed that contradicts the clamp positions of the file."""
+    with suppress(ArgumentError):
+        column = find_column(layout, "footpoint", "footpoint")
+        if column is None:
+            return
+        cells = {"footpoint": layout.cells.iloc[:, column.number]}
+        clamp = column.factor * values_of(cells, name, layout.signs)["footpoint"][kept]
+        ways = [float(np.ptp(each[np.isfinite(each)])) for each in (clamp, values["footpoint"])]
+        if abs(ways[1] - ways[0]) > WAY_ERROR * ways[0]:
+            raise RecordingError(
+                f"{name}: by --speed the clamp moves by {1e3 * ways[1]:.4g} mm from --from to "
+                f"--to, but by the column {column.title} by {1e3 * ways[0]:.4g} mm: leave out "
+                "--speed"
+            )
+
+
+def _check_tare(window: BoolArray | None, values: Values, name: str) -> None:
+    """Refuse a window of a tare that has too few readings of a channel."""
+    if window is None:
+        return
+    few = [
+        channel
+        for channel in recorded(values)
+        if np.isfinite(values[channel][window]).sum() < FEWEST_READINGS
+    ]
+    if few:
+        raise RecordingError(
+            f"{name}: the tare has fewer than {FEWEST_READINGS} readings of {', '.join(few)}; "
+            f"{_extent(values)}"
+        )
+
+
+def _extent(values: Values) -> str:
+    """First and last time and clamp position of the file."""
+    rows = np.ones(len(next(iter(values.values()))), dtype=bool)
+    every = {"times": "time", "clamp positions": "footpoint"}
+    ends = {
+        what: _spelled(rows, {column: values[column]}).replace(", ", " to ")
+        for what, column in every.items()
+        if column in values
+    }
+    return ", ".join(f"the {what} of the file are {text}" for what, text in ends.items())
+
+
+def _spelled(rows: BoolArray, values: Values) -> str:
+    """First and last time of rows, or else clamp positions, as in ``0 s, 1.4 s``."""
+    column, unit, size = ("time", "s", 1.0) if "time" in values else ("footpoint", "mm", 1e-3)
+    known = values[column][rows & np.isfinite(values[column])] / size
+    return f"{known[0]:.6g} {unit}, {known[-1]:.6g} {unit}" if len(known) else "no row"
 
 
 def _inside(values: Values, begin: Place | None, end: Place | None) -> BoolArray:
@@ -310,14 +342,6 @@ def _way_to(place: Place, values: Values) -> FloatArray:
     known = column[~np.isnan(column)]
     way = known[np.abs(known - known[0]).argmax()] - known[0] if len(known) else 1.0
     return np.asarray((1.0 if way >= 0.0 else -1.0) * (column - place.value))
-
-
-def _zeros(values: Values, settings: Settings, kept: BoolArray) -> dict[str, Zero]:
-    """Find the zeros in the given window, or in rows that are certainly without load."""
-    if settings.tare is not None:
-        return zeros_of(values, _inside(values, *settings.tare))
-    free = unloaded(values, len(kept) if settings.from_ is None else int(np.argmax(kept)))
-    return zeros_of(values, np.arange(len(kept)) < free) if free >= FEWEST else {}
 
 
 def turned(values: Values, angle: float) -> Values:
@@ -345,57 +369,3 @@ def about_clamp(values: Values, origin: tuple[float, float]) -> Values:
     a, b = origin
     moment = values["moment_z"] + a * values["force_y"] - b * values["force_x"]
     return values | {"moment_z": moment}
-
-
-def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
-    """Find the mean reading of each channel in rows without load, and the error of this mean.
-
-    A channel that has too few readings in these rows is left out.
-    """
-    found = {}
-    for name in _recorded(values):
-        readings = values[name][rows]
-        readings = readings[~np.isnan(readings)]
-        if len(readings) >= FEWEST_READINGS:
-            blocks = BLOCKS if len(readings) >= FEWEST_IN_BLOCKS else len(readings)
-            means = np.array([part.mean() for part in np.array_split(readings, blocks)])
-            error = means.std(ddof=1) / np.sqrt(blocks) if np.ptp(readings) else 0.0
-            found[name] = Zero(float(readings.mean()), float(error), len(readings))
-    return found
-
-
-def _recorded(values: Values) -> list[str]:
-    """List the channels that have a reading in some row."""
-    return [name for name in CHANNELS if np.isfinite(values.get(name, np.nan)).any()]
-
-
-def unloaded(values: Values, begin: int) -> int:
-    """Count the rows at the beginning that are certainly without load; 0 if none is certain.
-
-    Parameters
-    ----------
-    begin : int
-        First row that was asked for, which is before the clamp moves unless footpoint was recorded;
-        without such a row the number of rows.
-    """
-    channel = next((name for name in ("force_y", "moment_z") if name in values), None)
-    if channel is None:
-        return 0
-    clamp = values.get("footpoint", np.zeros(len(values[channel])))
-    rows = np.flatnonzero(np.isfinite(values[channel] + clamp))
-    readings, begin = values[channel][rows], int(np.searchsorted(rows, begin))
-    if "footpoint" in values:
-        begin = min(begin, moving(clamp[rows]).start)
-    if not FEWEST < begin < len(readings) - FEWEST:
-        return 0
-    load = readings - np.median(readings[:FEWEST])
-    moved = load[begin:]
-    moved = moved[touching(moved[:, None])]
-    usual = np.median(moved)
-    changed = int(np.argmax(np.abs(load) > CHANGED * noise_of(readings[:, None])))
-    if usual == 0.0 or not changed < begin:
-        return 0
-    # A rod that touches the surface from the beginning only relaxes: its load changes less.
-    lowered = np.median(load[changed:begin]) / usual > LOADED
-    pressed = np.quantile(moved / usual, 0.05) > LOADED
-    return int(rows[int(TAKEN * changed)]) if lowered and pressed else 0

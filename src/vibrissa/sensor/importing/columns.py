@@ -1,0 +1,298 @@
+"""Columns of a recording: which column of the file is which, and in which unit."""
+
+import re
+from typing import TYPE_CHECKING, NamedTuple
+
+from vibrissa.errors import ArgumentError
+from vibrissa.quantities.units import CHANNEL_KINDS, Kind, is_number, unit_ratio, unit_size
+from vibrissa.sensor.importing.cells import is_missing
+from vibrissa.sensor.importing.clock import is_clock, unit_since_1970
+from vibrissa.sensor.transducer import CHANNELS
+
+if TYPE_CHECKING:
+    from vibrissa.sensor.importing.layout import Layout
+
+# Columns of a recording and what they measure.
+KINDS = {
+    "time": Kind.TIME,
+    "footpoint": Kind.LENGTH,
+    **dict(zip(CHANNELS, CHANNEL_KINDS, strict=True)),
+}
+# Titles with units: Fz [mN], Fz (mN); Fz / mN and Fz in mN if this is a unit of the quantity that
+# the column must hold.
+TITLE = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]")
+DIVIDED = re.compile(r"(.+?)\s*(?:/\s*|\s+in\s+)([^\s_/]+)")
+# Fz_mN, Fz mN: the ending may be a word. It is a unit only if it is in SI units or a usual one.
+ENDING = re.compile(r"(.+?)\s*[_ ]\s*([^\s_/]+)")
+USUAL_ENDING = re.compile(
+    r"[kmcunµμ]?[mN]|[mMkuµμ]?N[*·]?[mc]?m|[munµμ]?s|inch|lbf|kgf|kp|Newtons?|sec|cNm"
+)
+# Endings that may be an index: F_N may be a normal force, x_m a mean.
+INDEX = re.compile("[mN]")
+# Column in an option, with sign, unit and factor: -Fz [mN], Fz * 12.5 N/V.
+SOURCE = re.compile(
+    r"(?P<minus>-?)\s*(?P<title>.*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?"
+    r"(?:\s*[*×]\s*(?P<factor>[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(?:\s*(?P<per>[^\W\d_].*))?)?"
+)
+# Weights that stand for forces, and products of them with a length.
+WEIGHTS = {"kg": "kgf", "g": "gf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
+WEIGHT = re.compile(r"\b(kg|g|lbs?|oz)\b")
+# Units of signals that a factor converts.
+VOLT = "V"
+
+
+class FileColumn(NamedTuple):
+    """A column of a file: its number from 0, title, unit, and the factor to SI units.
+
+    Attributes
+    ----------
+    remark : str
+        What the user should check, or how the unit was understood.
+    clock : bool
+        Whether the cells are times of a clock.
+    """
+
+    number: int
+    title: str
+    unit: str
+    factor: float
+    remark: str = ""
+    clock: bool = False
+
+    @property
+    def note(self) -> str:
+        """How the column is read, as in ``minus Fz in mN``."""
+        sign = "minus " if self.factor < 0.0 else ""
+        return f"{sign}{self.title} in {self.unit}{self.remark}"
+
+
+class NamedUnit(NamedTuple):
+    """A unit as Pint spells it, its size in SI units, and how it was understood."""
+
+    name: str
+    size: float
+    remark: str = ""
+
+
+class Stated(NamedTuple):
+    """Column in an option: sign, title, unit, and a factor with its unit; empty if not stated."""
+
+    minus: bool
+    title: str
+    unit: str
+    factor: float
+    per: str
+
+
+def unit_named(text: str, kind: Kind) -> NamedUnit | None:
+    """Find the unit of a kind that a file calls so; None if there is none.
+
+    Capitals may be wrong where no other unit is meant, as in ``MM``; a weight is a force.
+
+    Examples
+    --------
+    >>> unit_named("Sec", Kind.TIME)
+    NamedUnit(name='sec', size=1.0, remark='')
+    """
+    for name in (text, text.lower(), text.capitalize()):
+        if size := unit_size(name, kind):
+            return NamedUnit(name, float(size))
+    if kind in CHANNEL_KINDS:
+        force = WEIGHT.sub(lambda weight: WEIGHTS[weight[0]], text.lower().replace("-", "*"))
+        if size := unit_size(force, kind):
+            return NamedUnit(force, float(size), f" ({text} taken as a force)")
+    return None
+
+
+def stated_in(source: str) -> Stated:
+    """Split a column in an option, such as ``-Fz [mN]`` or ``Ch1 * 12.5 N/V``."""
+    parts = SOURCE.fullmatch(source.strip()).groupdict(default="")  # type: ignore[union-attr]
+    factor = parts["factor"]
+    if factor and not is_number(factor):
+        raise ArgumentError(
+            f"the factor of column {parts['title']} must be a number, got {factor!r}"
+        )
+    return Stated(
+        minus=bool(parts["minus"]),
+        title=parts["title"],
+        unit=parts["unit"].strip(),
+        factor=float(factor or 1.0),
+        per=parts["per"].strip(),
+    )
+
+
+def title_of(text: str, kind: Kind) -> tuple[str, str]:
+    """Split a title into the name of a column and its unit, which is empty if there is none.
+
+    Examples
+    --------
+    >>> title_of("Fx / mN", Kind.FORCE)
+    ('Fx', 'mN')
+    """
+    if parts := TITLE.fullmatch(text):
+        return parts[1], parts[2].strip()
+    parts = DIVIDED.fullmatch(text)
+    return (parts[1], parts[2]) if parts and unit_named(parts[2], kind) else (text, "")
+
+
+def ending_of(text: str, kind: Kind) -> tuple[str, str]:
+    """Split a title such as ``Fx_mN``, whose ending may be a unit; it is empty if it is none.
+
+    Examples
+    --------
+    >>> ending_of("F_dyn", Kind.FORCE)
+    ('F_dyn', '')
+    """
+    parts = ENDING.fullmatch(text)
+    usual = parts and USUAL_ENDING.fullmatch(parts[2]) and unit_named(parts[2], kind)
+    return (parts[1], parts[2]) if parts and usual else (text, "")
+
+
+def find_column(layout: "Layout", target: str, source: str) -> FileColumn | None:
+    """Find the column that `source` names, with its unit; None if there is no such column.
+
+    Parameters
+    ----------
+    target : str
+        Name of the quantity: time, footpoint, force_x, force_y or moment_z.
+    source : str
+        Name of the file's column: ``force_x``, ``-Fz [mN]``, or ``#3`` for the third.
+
+    Raises
+    ------
+    ArgumentError
+        If several columns have this name, or the unit is missing, is no unit of the quantity, or
+        contradicts the file.
+    """
+    kind = KINDS[target]
+    stated = stated_in(source)
+    number = _number_of(layout, target, source, stated)
+    if number is None:
+        return None
+    title, sign = layout.titles[number], -stated.factor if stated.minus else stated.factor
+    if stated.per:
+        return _scaled(layout, number, kind, stated, sign)
+    if target == "time" and not stated.unit and (found := _clock(layout, number)):
+        return found._replace(factor=sign * found.factor)
+    unit = _unit_of(layout, number, target, stated)
+    times = f", times {stated.factor:g}" if stated.factor != 1.0 else ""
+    return FileColumn(number, title, unit.name, sign * unit.size, times + unit.remark)
+
+
+def _number_of(layout: "Layout", target: str, source: str, stated: Stated) -> int | None:
+    """Find the number of a column by its title, with or without the unit, or by its place."""
+    kind, name = KINDS[target], stated.title.casefold()
+    titles = enumerate(layout.titles)
+    found = [number for number, title in titles if title == source]
+    if not found:
+        found = [
+            number
+            for number, title in enumerate(layout.titles)
+            if name
+            in {
+                title.casefold(),
+                title_of(title, kind)[0].casefold(),
+                ending_of(title, kind)[0].casefold(),
+                f"#{number + 1}",
+            }
+        ]
+    if len(found) > 1:
+        raise ArgumentError(
+            f"several columns are called {stated.title}: choose one by its place in the file; "
+            f"{target}=#2 is the second column"
+        )
+    return found[0] if found else None
+
+
+def _clock(layout: "Layout", number: int) -> FileColumn | None:
+    """Return a column of times of a clock, or of counts since 1970; None if it is neither."""
+    title, first = layout.titles[number], layout.first_value(number)
+    if is_clock(first):
+        return FileColumn(number, title, "s", 1.0, " (times of a clock), from the first row", True)
+    if any(_units_in_file(layout, number, Kind.TIME)) or not is_number(first.replace(",", ".")):
+        return None
+    unit = unit_since_1970(float(first.replace(",", ".")))
+    if not unit:
+        return None
+    remark = f" since 1970, from the first row (no unit in the file; {first} is a time in {unit})"
+    return FileColumn(number, title, unit, float(unit_size(unit, Kind.TIME)), remark)
+
+
+def _units_in_file(layout: "Layout", number: int, kind: Kind) -> list[str]:
+    """Units in the title and in the row below it; texts in brackets may be remarks."""
+    above = title_of(layout.titles[number], kind)[1]
+    below = layout.units[number].strip("[](){} ")
+    return [unit for unit in (above, below) if not is_missing(unit)]
+
+
+def _unit_of(layout: "Layout", number: int, target: str, stated: Stated) -> NamedUnit:
+    """Find the unit of a column; the option and the file must not contradict each other."""
+    kind, title = KINDS[target], layout.titles[number]
+    texts = _units_in_file(layout, number, kind)
+    units = [unit for unit in (unit_named(text, kind) for text in texts) if unit]
+    option = f'--column "{target}={stated.title} [{kind.si}]"'
+    if stated.unit:
+        unit = unit_named(stated.unit, kind)
+        if unit is None:
+            raise _no_unit(title, kind, stated.unit)
+        others = [text for text in texts if _is_other(text, kind)]
+        if (units and unit.size not in [one.size for one in units]) or (others and not units):
+            raise ArgumentError(
+                f"column {title} is in {' or '.join(texts)} by the file, but in {stated.unit} by "
+                f"the option: leave out the unit; if the file is wrong, convert by a factor, as in "
+                f'--column "{target}={stated.title} * 0.001"'
+                + (f' or "{target}={stated.title} * 2.5 {kind.si}/{texts[0]}"' if others else "")
+            )
+        return unit
+    if len({one.size for one in units}) > 1:
+        raise ArgumentError(
+            f"column {title} is in {' and '.join(texts)} by the file: state which, as in {option}"
+        )
+    if units:
+        return units[0]
+    if texts:
+        raise _no_unit(title, kind, texts[-1])
+    ending = ending_of(title, kind)[1]
+    unit = unit_named(ending, kind) if ending else None
+    if unit is None:
+        raise ArgumentError(f"column {title} has no unit: add it, as in {option}")
+    if INDEX.fullmatch(ending):
+        remark = f"? The ending may be no unit: if so, state the unit, as in {option}"
+        return unit._replace(remark=remark)
+    return unit
+
+
+def _no_unit(title: str, kind: Kind, text: str) -> ArgumentError:
+    factor = f"; convert a voltage by a factor, as in Ch1 * 2.5 {kind.si}/V"
+    return ArgumentError(
+        f"column {title} must have a unit of {kind}, such as {kind.si}, got {text!r}"
+        + (factor if unit_ratio(text, VOLT) else "")
+    )
+
+
+def _is_other(text: str, kind: Kind) -> bool:
+    """Whether a text is a unit of a signal, or of another column of recordings."""
+    kinds = set(KINDS.values()) - {kind}
+    return bool(unit_ratio(text, VOLT)) or any(unit_size(text, one) for one in kinds)
+
+
+def _scaled(layout: "Layout", number: int, kind: Kind, stated: Stated, factor: float) -> FileColumn:
+    """Return a column with a factor such as 12.5 N/V."""
+    title = layout.titles[number]
+    name, _, per = (part.strip() for part in stated.per.partition("/"))
+    unit = unit_named(name, kind)
+    if unit is None:
+        raise ArgumentError(
+            f"the factor of column {title} must be in {kind.si} per unit of the column, as in "
+            f"{stated.factor:g} {kind.si}/V, got {stated.per!r}"
+        )
+    own = [stated.unit] if stated.unit else _units_in_file(layout, number, kind)
+    ratio = 1.0
+    if own:
+        ratio = 1.0 if own[0] == per else float(unit_ratio(own[0], per or "1"))
+        if not ratio:
+            raise ArgumentError(
+                f"column {title} is in {own[0]} by the file, but its factor is {stated.per}"
+            )
+    remark = f", times {stated.factor:g} {stated.per}"
+    return FileColumn(number, title, unit.name, factor * unit.size * ratio, remark)
