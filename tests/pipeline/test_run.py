@@ -8,12 +8,10 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from snakemake.persistence.file import FilePersistence
 
 from runs import TINY
 from vibrissa.errors import DamagedTableError, VibrissaError
-from vibrissa.pipeline import jobs, outdated, ownership
-from vibrissa.tables import schemas, store
+from vibrissa.pipeline import jobs, ownership
 
 
 @pytest.mark.slow
@@ -96,16 +94,3 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     monkeypatch.setattr(ownership.fcntl, "flock", Mock(side_effect=OSError(38, "no")))
     with pytest.raises(VibrissaError, match=r"results/a cannot be locked \(.*: use another file"):
         ownership.claim(results, copy)
-
-
-@pytest.mark.parametrize("name", ["tables/states.parquet", f"chunks/{'long' * 50}.parquet"])
-def test_a_table_without_a_record_must_be_of_the_study_file(tmp_path, monkeypatch, name):
-    monkeypatch.chdir(tmp_path)
-    results, path = Path("results/a"), Path("results/a", name)
-    path.parent.mkdir(parents=True)
-    store.write(schemas.STATES.empty_table(), path, "study: a")
-    outdated.need_records(results, {name: "study: a", "missing": "study: b"})
-    with pytest.raises(VibrissaError, match="no record of it: delete the folder results/a, or"):
-        outdated.need_records(results, {name: "study: b"})
-    FilePersistence(dag=None)._mark_incomplete(str(path), None)
-    outdated.need_records(results, {name: "study: b"})

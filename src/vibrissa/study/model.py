@@ -1,6 +1,7 @@
 """The study file: its sections with their keys, and checks that the sections fit together."""
 
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import yaml
@@ -176,7 +177,7 @@ class Study(Section):
                 mistakes.add(f"{needs}; allowed here: collocation", "method")
         for name, figure in self.figures.items():
             sections = getattr(self, f"{figure.source}s")
-            for place, text in figure.misfits(sections, self._context["folder"]):
+            for place, text in figure.misfits(sections, self.folder):
                 mistakes.add(text, "figures", name, *place)
         for place, text in self.claims.misfits(self) if self.claims else ():
             mistakes.add(text, "claims", *place)
@@ -207,12 +208,11 @@ class Study(Section):
     @property
     def figure_params(self) -> dict[str, dict[str, Any]]:
         """All inputs of the drawing of each figure, with its caption and the user's script."""
-        folder = self._context["folder"]
         return {
             name: {
                 **figure.params(),
                 "caption": figure.caption_of(getattr(self, f"{figure.source}s")),
-                "script": (folder / figure.script).as_posix() if figure.script else None,
+                "script": (self.folder / figure.script).as_posix() if figure.script else None,
             }
             for name, figure in self.figures.items()
         }
@@ -231,6 +231,20 @@ class Study(Section):
             for name, grid in self.grids.items()
             for chunk in chunks_of(name, grid.axes, sizes)
         }
+
+    @property
+    def solver(self) -> dict[str, str]:
+        """The solver and what it solves, as plain values."""
+        return {"contact": self.contact, "section": self.section, "method": self.method}
+
+    def chunk_part(self, name: str) -> str:
+        """Return the inputs that determine a chunk, as text for the metadata of its table."""
+        return self.chunks[name].part(self.solver)
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the study file, to which paths in it are relative."""
+        return Path(self._context["folder"])
 
     @property
     def text(self) -> str:
