@@ -8,7 +8,7 @@ from snakemake.exceptions import WorkflowError
 
 try:
     from vibrissa.errors import VibrissaError
-    from vibrissa.pipeline import outdated, ownership, places
+    from vibrissa.pipeline import outdated, ownership, places, stopping
     from vibrissa.provenance import display_code, solver_code, why_unknown
     from vibrissa.study.reading import read_study
     from vibrissa.wording import figure_name
@@ -53,6 +53,8 @@ try:
     ownership.check(FOLDER, STUDY_FILE)
     # Files to be made again. Jobs on other machines do what this process decides.
     OLD = outdated.to_make_again(FOLDER, STUDY) if workflow.is_main_process else set()
+    if workflow.is_main_process:
+        stopping.watch(workflow, lambda began: outdated.kept(FOLDER, STUDY, OLD, began))
 except VibrissaError as error:
     sys.exit(str(error))
 

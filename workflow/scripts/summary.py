@@ -1,4 +1,4 @@
-"""Count rows by status, and statements by verdict; fail if a figure, or a row of `strict`, failed."""
+"""Count rows by status, and statements by verdict; fail if a figure, or a strict row, failed."""
 
 from pathlib import Path
 

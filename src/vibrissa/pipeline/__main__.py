@@ -4,39 +4,75 @@ Ctrl-C, SIGTERM and the closing of the terminal end both Snakemake and its jobs.
 """
 
 import os
+import re
+import shutil
 import signal
 import subprocess
 import sys
 from contextlib import suppress
+from itertools import pairwise
+from pathlib import Path
 
 from vibrissa.pipeline.places import HOME, SNAKEFILE
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PROFILE = HOME / "workflow/profiles/default"
+DIRECTORY = ("--directory", "-d")
+DRY_RUN = ("--dry-run", "--dryrun", "-n")
 
 
 def main(arguments: list[str]) -> int:
     """Run the workflow with Snakemake's arguments; return the exit status."""
+    # Signals wait until the child is there. It inherits this, and lets them in when it is ready.
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
     for number in ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup ignores SIGHUP
             signal.signal(number, _stop)
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
+    if problem := unsuitable(arguments):
+        print(problem, file=sys.stderr)
+        return 1
+    command = [sys.executable, "-m", "vibrissa.pipeline.child", "--snakefile", str(SNAKEFILE)]
     command += ["--workflow-profile", str(PROFILE), *arguments]  # the last profile wins
-    child = None
+    # In a session of its own Snakemake gets each signal once.
+    child = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
     try:
-        # In a session of its own Snakemake gets each signal once.
-        child = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
         return child.wait()
     except KeyboardInterrupt:
-        if child is not None:
-            # On SIGINT Snakemake removes its jobs from a cluster's queue, but waits for local jobs.
-            # SIGTERM ends local jobs, and also, silently, a Snakemake that is still loading.
-            with suppress(ProcessLookupError):
-                os.killpg(child.pid, signal.SIGTERM)
-                child.send_signal(signal.SIGINT)
-            child.wait()
+        # See `vibrissa.pipeline.stopping.stop`.
+        with suppress(ProcessLookupError):
+            child.send_signal(signal.SIGINT)
+        child.wait()
     print("Stopped. Finished results are kept: run the same command to resume.", file=sys.stderr)
     return 128 + signal.SIGINT
+
+
+def unsuitable(arguments: list[str]) -> str:
+    """Return what prevents a run with these arguments here, and what to type; or nothing."""
+    if not os.access(".", os.W_OK) and not set(DIRECTORY) & set(arguments):
+        return (
+            f"error: {Path.cwd()} cannot be written, and results go there. Name another folder: "
+            "python -m vibrissa.pipeline --directory FOLDER"
+        )
+    if _executor(arguments) == "slurm" and not shutil.which("sbatch"):
+        if not set(DRY_RUN) & set(arguments):
+            return (
+                "error: there is no SLURM on this machine (no command sbatch). Run the command on "
+                "the login node of a cluster, or without PROFILE on this machine"
+            )
+    return ""
+
+
+def _executor(arguments: list[str]) -> str:
+    """Return the executor that the last profile names; empty for jobs on this machine."""
+    options = ("--workflow-profile", "--profile")
+    profiles = [value for option, value in pairwise(arguments) if option in options]
+    for profile in reversed(profiles):
+        with suppress(OSError):
+            text = Path(profile, "config.yaml").read_text(encoding="utf-8")
+            if found := re.search(r"^executor: *(\S+)", text, re.M):
+                return found[1]
+    return ""
 
 
 def _stop(*_: object) -> None:

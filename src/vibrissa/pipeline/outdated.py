@@ -6,7 +6,7 @@ are judged wherever they come from, and whatever Snakemake has recorded of them.
 
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path
 
@@ -124,6 +124,26 @@ def to_make_again(folder: Path, study: Study) -> set[str]:
             *(folder / f"figures/{name}.png" for name in study.figures),
         }
     return set(map(str, paths))
+
+
+def kept(folder: Path, study: Study, old: Collection[str], began: float) -> str:
+    """Describe in one line which chunks and tables are there after a run that was stopped.
+
+    Parameters
+    ----------
+    old : collection of str
+        Results that must be made again, unless this was done since the time `began`.
+    """
+
+    def finished(names: Iterable[str]) -> str:
+        paths = [folder / f"{name}.parquet" for name in names]
+        there = [path for path in paths if path.is_file()]
+        done = [one for one in there if str(one) not in old or one.stat().st_mtime > began]
+        return f"{len(done):,} of {len(paths):,}"
+
+    chunks = finished(f"chunks/{name}" for name in study.chunks)
+    tables = finished(f"tables/{name}" for name in study.tables)
+    return f"{folder} has {chunks} chunks and {tables} tables."
 
 
 def need_drawn(folder: Path, figures: Iterable[str]) -> None:

@@ -14,9 +14,10 @@ from vibrissa.study.axes import MOUNTING_AXES, Values, sortable, spell_value
 
 # Order of the axes in the rows of a table; the last axis varies fastest.
 ROW_ORDER = ("eta", "theta", *MOUNTING_AXES, "dx0", "mu0")
-# Default number of values of each axis in a chunk: a job then takes seconds to some minutes.
-# Friction and step are not cut, as their points cost little.
-SIZES = {"theta": 128, "eta": 16, **dict.fromkeys(MOUNTING_AXES, 4)}
+# Default largest number of values of each axis in a chunk, and of rods. A job then takes some 10 s;
+# a run that is stopped loses no more. Friction and step are not cut, as their points cost little.
+SIZES = {"theta": 64, "eta": 16, **dict.fromkeys(MOUNTING_AXES, 16)}
+MOST_RODS = 512
 # The paper's own method takes ten seconds and more for each rod and step.
 SIZES_BY_STEP = {"theta": 1, "eta": 1}
 # Times requested from a cluster (s), which are upper bounds: for a rod (usually 5 to 20 ms; more
@@ -49,6 +50,19 @@ class Chunk:
         steps = points / len(self.axes["mu0"])
         seconds = ROD_BY_STEP * steps if by_step else ROD * steps / len(self.axes["dx0"])
         return 1 + int((START + seconds + POINT * points) / 60)
+
+
+def sizes_of(axes: Mapping[str, Values]) -> dict[str, int]:
+    """Return the default number of values of each axis in a chunk.
+
+    An axis has room for what the axes before it leave of `MOST_RODS`. So a value appended to an
+    axis of full chunks does not change how the others are cut.
+    """
+    sizes, room = {}, MOST_RODS
+    for axis, most in SIZES.items():
+        sizes[axis] = min(most, room)
+        room = max(1, room // min(sizes[axis], len(axes[axis])))
+    return sizes
 
 
 def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -> Iterator[Chunk]:

@@ -9,7 +9,15 @@ from pydantic import Field, FiniteFloat, PrivateAttr, field_validator, model_val
 
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.axes import AXES, MOUNTING_AXES, Eta, Theta, Values
-from vibrissa.study.chunks import SIZES, SIZES_BY_STEP, Chunk, chunks_of, number_of_points
+from vibrissa.study.chunks import (
+    MOST_RODS,
+    SIZES,
+    SIZES_BY_STEP,
+    Chunk,
+    chunks_of,
+    number_of_points,
+    sizes_of,
+)
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import Figure
 from vibrissa.study.sections import Count, Mistakes, Name, Section
@@ -119,7 +127,7 @@ class Study(Section):
         description="largest number of values of an axis that one job solves, as in {theta: 16} "
         "(default: "
         + ", ".join(f"{axis} {size}" for axis, size in SIZES.items())
-        + "; all of mu0 and dx0)",
+        + f", and {MOST_RODS} rods in all; all of mu0 and dx0)",
     )
     max_points: Count = Field(
         default=MAX_POINTS,
@@ -225,11 +233,11 @@ class Study(Section):
     @cached_property
     def chunks(self) -> dict[str, Chunk]:
         """Chunks of all grids by name; one job solves one chunk."""
-        sizes = SIZES | (SIZES_BY_STEP if self.method.by_step else {}) | self.chunk
+        fixed = (SIZES_BY_STEP if self.method.by_step else {}) | self.chunk
         return {
             chunk.name: chunk
             for name, grid in self.grids.items()
-            for chunk in chunks_of(name, grid.axes, sizes)
+            for chunk in chunks_of(name, grid.axes, sizes_of(grid.axes) | fixed)
         }
 
     @property
