@@ -10,6 +10,7 @@ try:
     from vibrissa.errors import VibrissaError
     from vibrissa.pipeline import outdated, ownership, places, stopping
     from vibrissa.provenance import display_code, solver_code, why_unknown
+    from vibrissa.study import yaml12
     from vibrissa.study.reading import read_study
     from vibrissa.wording import figure_name
 except ImportError as error:
@@ -44,9 +45,10 @@ if others and not INCLUDED:  # the last would count, and nobody would notice
     sys.exit(f"give one study file with --configfile, not {STUDY_FILE} and {others[0]}")
 try:
     if INCLUDED:
-        STUDY = read_study(None, config)
+        STUDY = read_study(None, yaml12.as_written(config, map(Path, workflow.configfiles)))
     else:
-        STUDY = read_study(STUDY_FILE, workflow.config_settings.config)
+        changes = yaml12.changes_of(workflow.config_settings.config_args or ())
+        STUDY = read_study(STUDY_FILE, changes)
     RESULTS = f"results/{STUDY.name}"
     # In a module with a prefix the folder is elsewhere; Snakemake adds the prefix to rules alone.
     FOLDER = Path(workflow.modifier.path_modifier.replace_prefix(RESULTS))

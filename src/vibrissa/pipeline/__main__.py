@@ -13,7 +13,9 @@ from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 
+from vibrissa.errors import StudyError
 from vibrissa.pipeline.places import HOME, SNAKEFILE
+from vibrissa.study.yaml12 import loaded, text_of
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PROFILE = HOME / "workflow/profiles/default"
@@ -60,6 +62,13 @@ def unsuitable(arguments: list[str]) -> str:
                 "error: there is no SLURM on this machine (no command sbatch). Run the command on "
                 "the login node of a cluster, or without PROFILE on this machine"
             )
+    for option, value in pairwise(arguments):
+        if option == "--configfile" and Path(value).is_file():
+            # Snakemake, which reads it first, would name neither the file nor the line.
+            try:
+                loaded(Path(value), text_of(Path(value)))
+            except StudyError as error:
+                return str(error)
     return ""
 
 

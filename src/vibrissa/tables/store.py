@@ -78,6 +78,8 @@ def reading(path: str | Path) -> Iterator[None]:
     """Turn errors of reading a file into `TableError`, or `DamagedTableError` if it is damaged."""
     try:
         yield
+    except FileNotFoundError:
+        raise TableError(f"there is no file {path}") from None
     except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
         # Only an error of the operating system has an errno: the file itself may be sound.
         if getattr(error, "errno", None):
