@@ -1,5 +1,6 @@
 """What a person sees of a run: mistakes before it, signals while it lasts, and logs of jobs."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -11,7 +12,8 @@ import pytest
 
 from runs import TINY
 from vibrissa.errors import DamagedTableError, VibrissaError
-from vibrissa.pipeline import jobs, ownership
+from vibrissa.pipeline import jobs, ownership, places
+from vibrissa.pipeline.suitable import unsuitable
 
 
 @pytest.mark.slow
@@ -43,7 +45,25 @@ def test_a_run_that_is_stopped_says_so(fresh):
     screen, _ = process.communicate(timeout=60)
     assert process.returncode == 128 + signal.SIGINT and "Traceback" not in screen
     told = "Stopped. Finished results are kept: run the same command to resume."
-    assert screen.splitlines()[-1] == told
+    *before, kept, last = screen.splitlines()
+    assert last == told
+    assert kept.startswith("results/tiny has ") and kept.endswith(" of 3 tables.")
+    # The jobs that were ended are no failures.
+    assert not [line for line in before if "Error" in line or "rror:" in line]
+
+
+def test_where_nothing_can_run_one_line_says_what_to_type(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert not unsuitable([])
+    slurm = ["--workflow-profile", str(places.HOME / "workflow/profiles/slurm")]
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "no SLURM on this machine (no command sbatch)" in unsuitable(slurm)
+    assert not unsuitable([*slurm, "-n"])
+    Path("my.yaml").write_bytes("study: a\n".encode("utf-16"))
+    assert unsuitable(["--configfile", "my.yaml"]).startswith("my.yaml:1: not a text in UTF-8")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    assert "--directory FOLDER" in unsuitable([])
+    assert not unsuitable(["--directory", "elsewhere"])
 
 
 def test_a_log_has_the_reason_and_damaged_tables_are_removed(tmp_path):

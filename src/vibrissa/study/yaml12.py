@@ -53,7 +53,9 @@ def loaded(path: Path, text: str) -> dict[Any, Any]:
     except (YAMLError, ValueError, RecursionError) as error:
         raise StudyError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
     if document is None:
-        raise StudyError(f"{path}: the file is empty; a study file begins with 'study: mine'")
+        raise StudyError(
+            f"{path}: the file is empty; a study file has keys with values, such as 'study: mine'"
+        )
     if not isinstance(document, dict):
         raise StudyError(
             f"{path}: a study file has keys with values, such as 'study: mine', got "

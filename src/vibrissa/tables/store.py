@@ -79,7 +79,7 @@ def reading(path: str | Path) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError:
-        raise TableError(f"there is no file {path}") from None
+        raise TableError(f"No such file: {path}") from None
     except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
         # Only an error of the operating system has an errno: the file itself may be sound.
         if getattr(error, "errno", None):
