@@ -95,7 +95,7 @@ rule mine:
     assert result.returncode == 0, result.stderr
     assert not (tmp_path / "results").exists()
     shutil.rmtree(tmp_path / ".snakemake")
-    assert "Nothing to be done" in snakemake(tmp_path, "-n").stderr
+    assert "Nothing to be done" in snakemake(tmp_path, "-n").stdout
     (tmp_path / "mine.yaml").write_text(study.replace("x1: 0.15", "x1: 0.16"))
     screen = snakemake(tmp_path, "-n").stdout
     assert re.search("^sensor_states +1$", screen, re.M) and "sensor_chunk" not in screen
@@ -205,7 +205,7 @@ def test_a_script_of_the_user_is_an_input_of_its_figure(done):
     own = "  own: {kind: script, script: own.py, grid: main, formats: [], caption: 'At {eta}.'}\n"
     done.write("own.py", SCRIPT)
     done.edit("figures:\n", "figures:\n" + own)
-    done.run(CAPTIONS)
+    done.run(CAPTIONS, "results/tiny/figures/own.png")
     folder = done.root / "results/tiny/figures"
     assert (folder / "own.png").exists() and not (folder / "own.svg").exists()
     assert "**Own.** At 0.85.\n" in (folder / "captions.md").read_text()
