@@ -192,7 +192,6 @@ lock: $(LINT_STAMP)
 	@echo "locks/ is written; put changed versions of what a study needs into environment.yml and" \
 	    "workflow/envs/vibrissa.yaml too (make test shows which)."
 
-# .snakemake stays: it records the code and settings with which the results were made.
 clean:
 	rm -rf $(VENV) .pytest_cache .ruff_cache .mypy_cache .hypothesis build dist
 	find src tests workflow -name __pycache__ -type d -prune -exec rm -rf {} +

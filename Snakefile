@@ -15,7 +15,7 @@ include: "workflow/rules/results.smk"
 
 onstart:
     try:
-        ownership.claim(Path(RESULTS), STUDY_FILE)
+        ownership.claim(FOLDER, STUDY_FILE)
     except (VibrissaError, OSError) as error:
         sys.exit(str(error))
 
@@ -23,10 +23,12 @@ onstart:
 onsuccess:
     # With --touch a run succeeds although files are missing.
     asked = {job.name for job in workflow.dag.jobs}
-    if "summary" in asked and Path(RESULTS, "summary.txt").is_file():
-        print(Path(RESULTS, "summary.txt").read_text(encoding="utf-8"), end="", file=sys.stderr)
-    if "report" in asked and Path(RESULTS, "report.html").is_file():
-        print(f"Report: {RESULTS}/report.html", file=sys.stderr)
+    if "summary" in asked and (FOLDER / "summary.txt").is_file():
+        print((FOLDER / "summary.txt").read_text(encoding="utf-8"), end="", file=sys.stderr)
+    if "report" in asked and (FOLDER / "report.html").is_file():
+        print(f"Report: {FOLDER}/report.html", file=sys.stderr)
+    if reason := why_unknown():
+        print(f"The commit of the code is not known: {reason}.", file=sys.stderr)
 
 
 rule all:

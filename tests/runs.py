@@ -60,9 +60,9 @@ class Folder:
         assert status == 0, screen
         return screen
 
-    def jobs(self, **options):
+    def jobs(self, *arguments, **options):
         """What a run would do: number of jobs by rule."""
-        screen = self.run("-n", **options)
+        screen = self.run("-n", *arguments, **options)
         found = {rule: int(n) for rule, n in re.findall(r"^(\w+) +(\d+)$", screen, re.M)}
         return {rule: n for rule, n in found.items() if rule not in ("all", "total")}
 

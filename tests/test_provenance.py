@@ -1,21 +1,25 @@
 """Which commit the code is from: in a clone, without git, and in a wheel."""
 
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vibrissa import provenance
-from vibrissa.provenance import commit
+from vibrissa.provenance import code_of, commit, why_unknown
 
 ROOT = Path(__file__).parents[1]
 
 
 def test_the_commit_is_known_or_said_to_be_unknown(monkeypatch, tmp_path):
     assert re.fullmatch(r"[0-9a-f]{40}(-dirty)?|unknown", commit())
+    assert (commit() == "unknown") is bool(why_unknown())
     monkeypatch.setenv("PATH", str(tmp_path))
     assert commit() == "unknown"
+    assert why_unknown().endswith(": install git")
 
 
 def test_what_a_build_recorded_counts(monkeypatch, tmp_path):
@@ -75,6 +79,37 @@ def test_the_commit_of_another_repository_says_nothing(clone):
     git = ["git", "-C", str(clone), "rm", "-q", "--cached", "src/vibrissa/provenance.py"]
     subprocess.run(git, check=True)
     assert commit() == "unknown"
+
+
+def test_the_owner_of_a_clone_does_not_matter(clone, monkeypatch):
+    """git refuses to work in the clone of another user; but its code is running already."""
+    was = commit()
+    monkeypatch.setenv("GIT_TEST_ASSUME_DIFFERENT_OWNER", "1")
+    refused = subprocess.run(["git", "-C", clone, "status"], capture_output=True, text=True)
+    assert "dubious ownership" in refused.stderr
+    assert commit() == was and re.fullmatch("[0-9a-f]{40}", was)
+    (clone / "Snakefile").write_text("edited")
+    assert commit() == f"{was}-dirty"
+
+
+def test_the_digest_of_the_code_is_that_of_its_content(clone):
+    """The same in a clone and in a wheel, which has the workflow in the package."""
+    package, scripts = clone / "src/vibrissa", clone / "workflow/scripts"
+    for path in (package / "tables/a.py", scripts / "chunk.py"):
+        path.parent.mkdir(parents=True)
+        path.write_text("a = 1")
+    was = code_of("stiction")
+    scripts.joinpath("chunk.py").touch()
+    assert code_of("stiction") == was
+    shutil.move(clone / "workflow", package / "workflow")
+    shutil.copy(clone / "Snakefile", package)
+    assert code_of("stiction") == was
+    for path in (package / "tables/a.py", package / "workflow/scripts/chunk.py"):
+        path.write_text(f"{path.read_text()} + 1")
+        assert code_of("stiction") != was
+        was = code_of("stiction")
+    assert f"numpy {np.__version__}, scipy " in was and "pandas" not in was
+    assert "pandas" in code_of("claims")
 
 
 def test_what_counts_as_code_is_there():

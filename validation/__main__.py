@@ -5,20 +5,26 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
+INSTALL = "type make setup LOCKS='test docs cluster'"
 USAGE = "python -m validation NAME [options]; most checks list their options with --help"
 
 
 class Task(NamedTuple):
-    """A check: the function that runs it, what it does, and how long it takes on two cores."""
+    """A check: the function that runs it, what it does, and how long it takes on two cores.
+
+    `needs` has modules that only the program needs which the function starts.
+    """
 
     run: Callable[[Sequence[str]], object]
     what: str
     time: str
+    needs: Sequence[str] = ()
 
 
 def module(name: str) -> Callable[[Sequence[str]], object]:
@@ -44,6 +50,8 @@ def tests(folder: str) -> Callable[[Sequence[str]], object]:
     return run
 
 
+TESTS = ("pytest", "hypothesis", "psutil")
+CLUSTER = ("snakemake_executor_plugin_slurm", "snakemake_executor_plugin_cluster_generic")
 NIGHTLY, SLURM, FAULTS = map(tests, ("nightly", "slurm", "faults"))
 TASKS = {
     # The rod
@@ -65,12 +73,14 @@ TASKS = {
     # Tests of the tests
     "mutants": Task(module("validation.mutants"), "count faults that tests notice", "1 h"),
     # Tests that `make test` leaves out
-    "tests": Task(NIGHTLY, "tests of proofs, and slow tests", "10 min"),
-    "slurm": Task(SLURM, "run a study on SLURM, as root on Debian", "4 min"),
-    "faults": Task(FAULTS, "kill runs, fill disks, damage files", "10 min"),
+    "tests": Task(NIGHTLY, "tests of proofs, and slow tests", "10 min", TESTS),
+    "slurm": Task(SLURM, "run a study on SLURM, as root on Debian", "4 min", (*TESTS, *CLUSTER)),
+    "faults": Task(FAULTS, "kill runs, fill disks, damage files", "10 min", TESTS),
     # Contents of pages
     "notebooks": Task(python("examples/rerun.py"), "run the notebooks, store outputs", "2 min"),
-    "pages": Task(python("docs/generated.py"), "update generated tables in pages", "5 s"),
+    "pages": Task(
+        python("docs/generated.py"), "update generated tables in pages", "5 s", ("grimp",)
+    ),
     "sketch": Task(python("docs/sketch.py"), "draw docs/sketch.svg with the solver", "5 s"),
 }
 
@@ -93,7 +103,14 @@ def main() -> int:
     for library in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     sys.argv = [f"python -m validation {name}", *options]
-    return TASKS[name].run(options) or 0
+    missing = [module for module in TASKS[name].needs if find_spec(module) is None]
+    if not missing:
+        try:
+            return TASKS[name].run(options) or 0
+        except ModuleNotFoundError as error:
+            missing = [str(error.name)]
+    print(f"this needs {', '.join(missing)}: {INSTALL}", file=sys.stderr)
+    return 2
 
 
 if __name__ == "__main__":

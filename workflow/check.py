@@ -5,7 +5,7 @@ Usage: python workflow/check.py [--configfile FILE] [--results FOLDER] [--refere
 
 By default, compare results/paper with tests/regression/paper. The reference may be the results of
 another study: --reference results/other. Exit status 1 if results differ, 2 if there is nothing to
-compare or the tables are older than the code or the study file.
+compare or other code or another study file made the tables.
 
 A summary is appended to the file named by GITHUB_STEP_SUMMARY. With GITHUB_ACTIONS=true, GitHub
 shows differences beside the reference tables.

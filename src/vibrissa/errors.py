@@ -35,6 +35,7 @@ class DamagedTableError(TableError):
     def __init__(self, path: str | Path, reason: str, remedy: str = REMEDY) -> None:
         super().__init__(f"{path} {reason}; {remedy}")
         self.path = Path(path)
+        self.reason = reason
 
 
 class ComparisonError(VibrissaError):

@@ -36,11 +36,17 @@ def test_its_description_is_one_of_ro_crate(unpacked):
 
 
 def test_what_cannot_be_archived_is_refused(tmp_path, monkeypatch):
+    with pytest.raises(ArchiveError, match="commit of the code is not known, so that it may be ed"):
+        need_committed("unknown", [])
     with pytest.raises(ArchiveError, match=r"of this archive was edited since its commit \(abc-d"):
         need_committed("abc-dirty", [])
     monkeypatch.setattr(store, "commit", lambda: "abc-dirty")
     store.write(schemas.STATES.empty_table(), tmp_path / "states.parquet")
     with pytest.raises(ArchiveError, match=r"code of .*states.parquet was edited since"):
+        need_committed("abc", [tmp_path / "states.parquet"])
+    monkeypatch.setattr(store, "commit", lambda: "unknown")
+    store.write(schemas.STATES.empty_table(), tmp_path / "states.parquet")
+    with pytest.raises(ArchiveError, match=r"states.parquet does not have the commit of its code"):
         need_committed("abc", [tmp_path / "states.parquet"])
     with pytest.raises(ArchiveError, match="run the archive in a clone of the"):
         write_archive(tmp_path, tmp_path, [], tmp_path / "my.yaml", "abc", tmp_path / "a.zip")
@@ -58,7 +64,10 @@ def test_the_command_archives_current_results_alone(done):
     status, screen = archived()
     # The project itself may be edited since its commit.
     assert "results/tiny.crate.zip holds " in screen or "this archive was edited" in screen
-    edits = {"Two cycles": "older than the code or the", "[0.3, 5]": "made from another study"}
+    edits = {
+        "Two cycles": "captions.md was made by other code or from another study file; run make st",
+        "[0.3, 5]": "made from another study",
+    }
     for old, words in edits.items():
         done.edit(old, old.replace("5", "4").replace("Two", "2"))
         status, screen = archived()

@@ -77,6 +77,15 @@ def test_what_was_blessed_is_unchanged(blessed):
     assert sorted(path.name for path in blessed[1].iterdir()) == ["curves.csv", "stiction.csv"]
 
 
+def test_keys_that_differ_in_the_last_digit_stay_two_rows(tmp_path):
+    values = (0.3, 0.30000000000000004)
+    results = with_results(tmp_path, "c", made_tables.points("g", made_tables.grid(mu0=values)))
+    bless(results, tmp_path / "reference", LAYOUTS)
+    assert not compare_folders(results, tmp_path / "reference", LAYOUTS).differences
+    rows = pd.read_csv(tmp_path / "reference/stiction.csv", dtype=str)
+    assert rows["mu0"].tolist() == ["0.3", "0.30000000000000004"]
+
+
 def test_two_clamp_angles_are_two_rows_and_a_point_of_two_grids_has_two(tmp_path):
     parts = [made_tables.points(name, AXES) for name in ("g", "h")]
     results = with_results(tmp_path, "b", pa.concat_tables(parts))

@@ -24,7 +24,8 @@ grids: {g: {theta: {start: 1, stop: 3, step: 0.25}, mu0: [0.3, 5], eta: [0.85], 
 scans: {s: {theta: [2], mu0: [0.3], eta: [0.85], dx0: [0.005], cycles: 1}}
 """
 COMMAND = [sys.executable, "-m", "vibrissa.pipeline", "--configfile", "study.yaml", "--cores", "2"]
-TRIES = range(10)
+# CI runs a few: VIBRISSA_TRIES=3.
+TRIES = range(int(os.environ.get("VIBRISSA_TRIES", "10")))
 KILLED = (0.2, 6.0)  # seconds in which a run does most of its work
 
 
@@ -82,9 +83,10 @@ def test_a_signal_at_a_random_time(tmp_path, undisturbed, number, seed):
         if one.is_running():
             one.send_signal(number)
     screen, _ = process.communicate(timeout=120)
-    assert "Traceback" not in screen
+    assert "Traceback" not in screen and "Exception ignored" not in screen
     if number != signal.SIGKILL and process.returncode:
-        assert "Stopped. Finished results are kept" in screen
+        assert "Stopped. Finished results are kept" in screen.splitlines()[-1]
+        assert "Error in rule" not in screen
     assert_healed(tmp_path, undisturbed)
 
 
@@ -114,12 +116,13 @@ def test_a_file_is_damaged(tmp_path, undisturbed, seed):
         data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
     path.write_bytes(data)
     os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
-    # Whoever reads the file names and removes it; then the same command makes it anew.
-    for name in ("tables/stiction.parquet", "summary.txt"):
-        (tmp_path / "results/faults" / name).unlink(missing_ok=path.name == "stiction.parquet")
+    # A chunk is read only where the table of all chunks must be made again.
+    is_chunk = "chunks" in path.parts
+    if is_chunk:
+        (tmp_path / "results/faults/tables/stiction.parquet").unlink()
     status, screen = finish(tmp_path)
-    if status:
-        assert f"{path.name} is removed; run the same command to make it again" in screen
+    assert status == 0, screen
+    assert f"{path.relative_to(tmp_path)} " in screen and ": it is made again" in screen
     assert_healed(tmp_path, undisturbed)
 
 

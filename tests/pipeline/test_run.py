@@ -1,5 +1,6 @@
 """What a person sees of a run: mistakes before it, signals while it lasts, and logs of jobs."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -8,12 +9,11 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from snakemake.persistence.file import FilePersistence
 
 from runs import TINY
 from vibrissa.errors import DamagedTableError, VibrissaError
-from vibrissa.pipeline import jobs, outdated, ownership
-from vibrissa.tables import schemas, store
+from vibrissa.pipeline import jobs, ownership, places
+from vibrissa.pipeline.suitable import unsuitable
 
 
 @pytest.mark.slow
@@ -45,7 +45,25 @@ def test_a_run_that_is_stopped_says_so(fresh):
     screen, _ = process.communicate(timeout=60)
     assert process.returncode == 128 + signal.SIGINT and "Traceback" not in screen
     told = "Stopped. Finished results are kept: run the same command to resume."
-    assert screen.splitlines()[-1] == told
+    *before, kept, last = screen.splitlines()
+    assert last == told
+    assert kept.startswith("results/tiny has ") and kept.endswith(" of 3 tables.")
+    # The jobs that were ended are no failures.
+    assert not [line for line in before if "Error" in line or "rror:" in line]
+
+
+def test_where_nothing_can_run_one_line_says_what_to_type(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert not unsuitable([])
+    slurm = ["--workflow-profile", str(places.HOME / "workflow/profiles/slurm")]
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "no SLURM on this machine (no command sbatch)" in unsuitable(slurm)
+    assert not unsuitable([*slurm, "-n"])
+    Path("my.yaml").write_bytes("study: a\n".encode("utf-16"))
+    assert unsuitable(["--configfile", "my.yaml"]).startswith("my.yaml:1: not a text in UTF-8")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    assert "--directory FOLDER" in unsuitable([])
+    assert not unsuitable(["--directory", "elsewhere"])
 
 
 def test_a_log_has_the_reason_and_damaged_tables_are_removed(tmp_path):
@@ -96,16 +114,3 @@ def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     monkeypatch.setattr(ownership.fcntl, "flock", Mock(side_effect=OSError(38, "no")))
     with pytest.raises(VibrissaError, match=r"results/a cannot be locked \(.*: use another file"):
         ownership.claim(results, copy)
-
-
-@pytest.mark.parametrize("name", ["tables/states.parquet", f"chunks/{'long' * 50}.parquet"])
-def test_a_table_without_a_record_must_be_of_the_study_file(tmp_path, monkeypatch, name):
-    monkeypatch.chdir(tmp_path)
-    results, path = Path("results/a"), Path("results/a", name)
-    path.parent.mkdir(parents=True)
-    store.write(schemas.STATES.empty_table(), path, "study: a")
-    outdated.need_records(results, {name: "study: a", "missing": "study: b"})
-    with pytest.raises(VibrissaError, match="no record of it: delete the folder results/a, or"):
-        outdated.need_records(results, {name: "study: b"})
-    FilePersistence(dag=None)._mark_incomplete(str(path), None)
-    outdated.need_records(results, {name: "study: b"})

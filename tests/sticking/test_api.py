@@ -236,3 +236,26 @@ def test_a_travel_that_no_period_of_this_rod_has_is_refused():
     assert 0.0771 < inside[0] < inside[1] < 0.12 and inside[2] > 0.2
     # Within the last step the tip may lock.
     assert friction_from_travel(2.0, 0.85, 0.145, 0.001).high == curve.mu_lock
+
+
+def test_what_no_real_rod_does_is_marked():
+    """As the tables of a study mark it."""
+    through = solve_onset(5, 0.3, 0.85, 0.001)
+    assert through.penetrates and "warning      the rod passes through the surface" in str(through)
+    lying = solve_onset(5, 0.3, 0.85, 0.001, contact="line")
+    assert not lying.penetrates and not lying.marks and "warning" not in str(lying)
+    state = solve_state(1, 0.55, 0.15)
+    assert state.marks and "the rod passes through the surface" in str(state)
+    assert not solve_state(1, 0.85, 0.4).marks
+
+
+def test_a_number_gives_a_number_and_an_array_an_array():
+    curve = solve_curve(2, 0.85)
+    for mu0 in (0.4, np.float64(0.4), np.array(0.4)):
+        onset = curve.onset(mu0)
+        assert isinstance(onset, float)
+        assert isinstance(curve.state(onset).f, float)
+        assert isinstance(curve.mobilised_friction(onset), float)
+        assert friction_from_travel(2, 0.85, onset, 0.001).low == pytest.approx(0.4)
+        assert solve_onset(2, mu0, 0.85).x0_slip == onset
+    assert curve.onset([0.4]).shape == (1,) and curve.state([[0.01]]).f.shape == (1, 1)

@@ -8,7 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrissa.study.axes import AXES, MOUNTING_AXES, sortable
-from vibrissa.study.chunks import ROW_ORDER, SIZES, chunks_of, columns_at, number_of_points
+from vibrissa.study.chunks import (
+    MOST_RODS,
+    ROW_ORDER,
+    SIZES,
+    chunks_of,
+    columns_at,
+    number_of_points,
+    sizes_of,
+)
 
 IDEAL = dict.fromkeys(MOUNTING_AXES, (0.0,))
 
@@ -44,13 +52,23 @@ def test_each_point_is_in_one_chunk(theta, mu0, eta, dx0, angles, by_theta, by_e
 @pytest.mark.parametrize("longer", ["theta", "eta", "clamp_angle"])
 def test_values_appended_to_an_axis_leave_the_whole_chunks_as_they_are(longer):
     axes = grid(theta=130, eta=17, angles=9)
-    before = {chunk.name: chunk for chunk in chunks_of("g", axes, SIZES)}
+    sizes = sizes_of(axes)
+    before = {chunk.name: chunk for chunk in chunks_of("g", axes, sizes)}
     axes |= {longer: (*axes[longer], 9.0)}
-    after = {chunk.name: chunk for chunk in chunks_of("g", axes, SIZES)}
+    after = {chunk.name: chunk for chunk in chunks_of("g", axes, sizes_of(axes))}
     changed = [name for name, chunk in before.items() if after[name].axes != chunk.axes]
     # Only those that were not full get the value.
-    assert all(len(before[name].axes[longer]) < SIZES[longer] for name in changed)
+    assert all(len(before[name].axes[longer]) < sizes[longer] for name in changed)
     assert len(changed) < len(before)
+
+
+@given(st.integers(1, 200), st.integers(1, 40), st.integers(1, 40))
+def test_a_chunk_is_what_a_stopped_run_may_lose(theta, eta, angles):
+    axes = grid(theta=theta, mu0=1, eta=eta, angles=angles) | {"curvature": axis(0.0, 5)}
+    rods = [number_of_points(chunk.axes) for chunk in chunks_of("g", axes, sizes_of(axes))]
+    assert max(rods) <= MOST_RODS
+    # Not one job for each rod either.
+    assert sum(rods) < 200 or sum(rods) / len(rods) > 50
 
 
 def test_names_are_readable():
@@ -79,4 +97,4 @@ def test_what_a_cluster_is_asked_for_grows_with_the_chunk():
     (many,) = chunks_of("g", grid(theta=200, eta=10), {})
     assert few.minutes(False) < many.minutes(False) < many.minutes(True)
     mounted = grid(theta=20) | dict.fromkeys(MOUNTING_AXES, axis(0.0, 8))
-    assert max(chunk.minutes(False) for chunk in chunks_of("g", mounted, SIZES)) < 60
+    assert max(chunk.minutes(False) for chunk in chunks_of("g", mounted, sizes_of(mounted))) < 60

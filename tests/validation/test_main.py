@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 from validation import records
-from validation.__main__ import ROOT, TASKS
+from validation.__main__ import ROOT, TASKS, Task, main
 
 
 def run(*arguments):
@@ -25,6 +25,21 @@ def test_an_unknown_name_is_refused():
     refused = run("proofs")
     assert refused.returncode == 2
     assert refused.stderr == "no such check: proofs; python -m validation --list lists all\n"
+
+
+def test_a_missing_package_is_named_with_what_to_type(monkeypatch, capsys):
+    def pandas_is_missing(options):
+        raise ModuleNotFoundError("No module named 'x'", name="pandas")
+
+    for task, name in (
+        (Task(print, "", "", needs=("pytest", "no_such_plugin")), "no_such_plugin"),
+        (Task(pandas_is_missing, "", ""), "pandas"),
+    ):
+        monkeypatch.setitem(TASKS, "slurm", task)
+        monkeypatch.setattr(sys, "argv", ["validation", "slurm"])
+        assert main() == 2
+        told = f"this needs {name}: type make setup LOCKS='test docs cluster'\n"
+        assert capsys.readouterr().err == told
 
 
 def test_a_record_has_title_command_and_findings(tmp_path, monkeypatch):

@@ -2,8 +2,11 @@
 
 import os
 import shutil
+import subprocess
+import sys
 from itertools import product
 
+import numpy as np
 import pytest
 import yaml
 
@@ -59,7 +62,7 @@ def test_what_people_read_is_made(finished):
 # What is written in the study file, and which jobs it makes, beside those that show the tables.
 CHANGES = {
     "a comment": ("study: tiny", "study: tiny # mine", {"report": 1}),
-    "a caption": ("Two cycles.", "Cycles.", {"report": 1, "figures": 1}),
+    "a caption": ("Two cycles.", "Cycles.", SHOWN),
     "mu0": ("[0.3, 5]", "[0.3, 0.4, 5]", SHOWN | {"chunk": 2, "stiction": 1}),
     "a larger theta": ("[1.5, 2]", "[1.5, 2, 2.5]", SHOWN | {"chunk": 1, "stiction": 1}),
     "contact": ("study: tiny", "study: tiny\ncontact: line", SOLVED),
@@ -91,35 +94,88 @@ def test_a_change_of_the_program_makes_anew_what_it_may_change(edited, name, tex
     assert edited.jobs() == jobs
 
 
-def test_results_from_another_machine_are_used_as_they_are(done):
-    """Once Snakemake has records of them; before, those of another study file are refused."""
-    shutil.rmtree(done.root / ".snakemake")
-    done.edit("cycles: 2", "cycles: 3")
-    status, screen = done.call("-n")
-    told = "scans.parquet was made from another study file, which has the line 'cycles: 2'; "
-    assert status == 1 and f"{told}Snakemake has no record of it: delete the folder" in screen
-    done.edit("cycles: 3", "cycles: 2")
-    done.run("--touch", "--forceall")
-    done.edit("cycles: 2", "cycles: 3")
-    assert done.jobs() == SHOWN | {"scans": 1}
+def test_results_from_elsewhere_are_used_if_this_code_makes_them_of_this_study(edited):
+    """As in a clone that got them without the folder .snakemake."""
+    shutil.rmtree(edited.root / ".snakemake")
+    assert edited.jobs() == {}
+    edited.edit("cycles: 2", "cycles: 3")
+    edited.edit("Two cycles.", "Cycles.")
+    assert edited.jobs() == SHOWN | {"scans": 1}
+    # Only what is asked for is made again.
+    edited.edit("step * numerator", "2 * step * numerator", "src/vibrissa/numerics/steps.py")
+    assert set(edited.jobs("results/tiny/tables/states.parquet")) == {"states"}
 
 
-def test_damaged_chunks_are_named_and_removed_and_the_same_command_makes_them_anew(done):
-    """The chunks keep their times, so that Snakemake does not notice until they are read again."""
+def test_an_upgrade_is_noticed_with_records_in_a_database(edited):
+    (edited.root / "src/numpy-99.dist-info").mkdir()
+    edited.write("src/numpy-99.dist-info/METADATA", "Name: numpy\nVersion: 99\n")
+    screen = edited.run("-n", "--persistence-backend", "db")
+    assert "tables/scans.parquet was made by other code: numpy " in screen
+    assert f"numpy {np.__version__} (now numpy 99): it is made again" in screen
+    assert edited.jobs("--persistence-backend", "db") == SOLVED
+
+
+def test_only_the_content_of_the_code_counts(edited):
+    for path in edited.root.glob("workflow/scripts/*.py"):
+        path.touch()
+    assert edited.jobs() == {}
+    with (edited.root / "workflow/scripts/chunk.py").open("a") as file:
+        file.write("\n")
+    assert edited.jobs() == SOLVED
+
+
+def check(folder, *arguments):
+    command = [sys.executable, folder.home / "workflow/check.py", "--configfile", "tiny.yaml"]
+    result = subprocess.run(
+        [*command, *arguments],
+        cwd=folder.root,
+        env=os.environ | {"PYTHONPATH": str(folder.home / "src")},
+        capture_output=True,
+        text=True,
+    )
+    return result.returncode, result.stdout + result.stderr
+
+
+def test_tables_of_other_code_are_not_certified(edited):
+    shutil.rmtree(edited.root / ".snakemake")
+    assert check(edited, "--bless")[0] == 0
+    assert check(edited)[0] == 0
+    edited.edit("step * numerator", "2 * step * numerator", "src/vibrissa/numerics/steps.py")
+    for arguments in ((), ("--bless",)):
+        status, screen = check(edited, *arguments)
+        assert status == 2 and "stiction.parquet was made by other code: code" in screen
+        assert "run make study STUDY=tiny.yaml first" in screen
+
+
+def flipped(path):
+    """Flip a bit; the file keeps its time."""
+    times, data = path.stat(), bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+
+
+def test_a_damaged_table_of_a_finished_study_is_found_and_made_again(done):
+    path = done.root / "results/tiny/tables/scans.parquet"
+    whole = path.read_bytes()
+    flipped(path)
+    status, screen = check(done)
+    assert status == 2 and "scans.parquet does not have its checksum; run make study" in screen
+    assert "scans.parquet does not have its checksum: it is made again" in done.run()
+    assert path.read_bytes() == whole
+    assert done.jobs() == {}
+
+
+def test_damaged_chunks_are_named_and_made_again(done):
+    """The chunks keep their times, so that Snakemake does not notice."""
     table = done.stiction()
     paths = list(done.root.glob("results/tiny/chunks/main/*.parquet"))
     for path in paths:
-        times = path.stat()
-        data = bytearray(path.read_bytes())
-        data[100] ^= 1
-        path.write_bytes(data)
-        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+        flipped(path)
     (done.root / STICTION).unlink()
-    assert done.call(STICTION)[0] == 1
-    log = done.log("stiction")
-    for name in (path.relative_to(done.root) for path in paths):
-        assert f"error: {name} cannot be read" in log and f"{name} is removed" in log
-    assert "Report: " not in done.run(STICTION)
+    screen = done.run(STICTION)
+    for path in paths:
+        assert f"{path.relative_to(done.root)} does not have its checksum: it is made ag" in screen
     assert done.stiction().equals(table)
 
 

@@ -2,15 +2,15 @@
 import os
 import shlex
 import sys
-from importlib.metadata import version
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 
 try:
     from vibrissa.errors import VibrissaError
-    from vibrissa.pipeline import outdated, ownership, places
-    from vibrissa.provenance import digest
+    from vibrissa.pipeline import outdated, ownership, places, stopping
+    from vibrissa.provenance import display_code, scanning_code, solver_code, why_unknown
+    from vibrissa.study import yaml12
     from vibrissa.study.reading import read_study
     from vibrissa.wording import figure_name
 except ImportError as error:
@@ -45,34 +45,43 @@ if others and not INCLUDED:  # the last would count, and nobody would notice
     sys.exit(f"give one study file with --configfile, not {STUDY_FILE} and {others[0]}")
 try:
     if INCLUDED:
-        STUDY = read_study(None, config)
+        STUDY = read_study(None, yaml12.as_written(config, map(Path, workflow.configfiles)))
     else:
-        STUDY = read_study(STUDY_FILE, workflow.config_settings.config)
+        changes = yaml12.changes_of(workflow.config_settings.config_args or ())
+        STUDY = read_study(STUDY_FILE, changes)
     RESULTS = f"results/{STUDY.name}"
-    ownership.check(Path(RESULTS), STUDY_FILE)
-    SOLVER = {"contact": STUDY.contact, "section": STUDY.section, "method": STUDY.method}
+    # In a module with a prefix the folder is elsewhere; Snakemake adds the prefix to rules alone.
+    FOLDER = Path(workflow.modifier.path_modifier.replace_prefix(RESULTS))
+    ownership.check(FOLDER, STUDY_FILE)
+    # Files to be made again. Jobs on other machines do what this process decides.
+    OLD = outdated.to_make_again(FOLDER, STUDY) if workflow.is_main_process else set()
     if workflow.is_main_process:
-        parts = {f"tables/{name}.parquet": STUDY.part(name) for name in STUDY.tables}
-        for name, chunk in STUDY.chunks.items():
-            parts[f"chunks/{name}.parquet"] = chunk.part(SOLVER)
-        outdated.need_records(Path(RESULTS), parts)
+        stopping.watch(workflow, lambda began: outdated.kept(FOLDER, STUDY, OLD, began))
 except VibrissaError as error:
     sys.exit(str(error))
 
-# Digests of the code, and versions of what it computes and draws with. They are `params` of rules,
-# like `SOLVER`: when they change, Snakemake runs these rules again.
-SOLVING_CODE = [
-    digest("numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.py", "tables"),
-    "Python {}.{}".format(*sys.version_info),
-    *(f"{library} {version(library)}" for library in ("numpy", "scipy")),
-]
-SCANNING_CODE = [digest("scanning"), *SOLVING_CODE]
-STUDY_CODE = [
-    digest("study", "figures", "paper", "report", "explorer"),
-    *SOLVING_CODE,
-    *(f"{library} {version(library)}" for library in ("pandas", "pyarrow", "matplotlib")),
-]
+# The code and its libraries. They are `params` of rules, like the solver: when they change, Snakemake
+# runs these rules again.
+SOLVING_CODE = solver_code()
+SCANNING_CODE = scanning_code()
+DISPLAY_CODE = display_code()
+MARKS = outdated.marks(STUDY)
+
+
+def again(*names):
+    """Return an input function, of no files, that has outdated outputs made again.
+
+    Snakemake compares with its own records, which results from elsewhere do not have. The functions
+    of a rule's inputs are called only for jobs that are asked for.
+    """
+
+    def force(wildcards):
+        paths = {str(FOLDER / name.format(**wildcards)) for name in names}
+        workflow.dag.forcefiles.update(paths & OLD)
+        return []
+
+    return force
 
 
 wildcard_constraints:
-    chunk="|".join(STUDY.chunks),
+    chunk=".+",

@@ -4,18 +4,24 @@ COMPUTED = {name: path for name, path in TABLES.items() if name != "claims"}
 STUDY_PARTS = {name: STUDY.part(name) for name in STUDY.tables}
 # Inputs of each figure, with its caption.
 FIGURES = STUDY.figure_params
+SCRIPTED = {name: figure for name, figure in FIGURES.items() if figure["script"]}
+PICTURES = expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES)
 
 
 rule figures:
     input:
+        again("figures/captions.md", *(f"figures/{name}.png" for name in FIGURES)),
         **COMPUTED,
-        scripts=[figure["script"] for figure in FIGURES.values() if figure["script"]],
     output:
         report(
-            expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
+            expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES.keys() - SCRIPTED),
             category="Figures",
         ),
-        [f"{RESULTS}/{file}" for file in STUDY.figure_files if not file.endswith(".png")],
+        [
+            f"{RESULTS}/figures/{name}.{ending}"
+            for name in FIGURES.keys() - SCRIPTED
+            for ending in FIGURES[name]["formats"]
+        ],
         captions=f"{RESULTS}/figures/captions.md",
     log:
         f"{RESULTS}/logs/figures.log",
@@ -26,17 +32,52 @@ rule figures:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
-        figures=FIGURES,
+        figures={name: FIGURES[name] for name in FIGURES if name not in SCRIPTED},
+        captions={name: figure["caption"] for name, figure in FIGURES.items()},
         study_parts=STUDY_PARTS,
-        code=STUDY_CODE,
+        mark=MARKS[outdated.CAPTIONS],
+        code=DISPLAY_CODE,
     message:
         "drawing the figures"
     script:
         "../scripts/figures.py"
 
 
+# A job for each figure of the user's own, as such a script may end the job.
+for figure in SCRIPTED:
+
+    rule:
+        name:
+            f"figure_{figure}"
+        input:
+            again(f"figures/{figure}.png"),
+            **COMPUTED,
+            script=local(SCRIPTED[figure]["script"]),
+        output:
+            report(f"{RESULTS}/figures/{figure}.png", category="Figures"),
+            expand(f"{RESULTS}/figures/{figure}.{{ending}}", ending=SCRIPTED[figure]["formats"]),
+        log:
+            f"{RESULTS}/logs/figures/{figure}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/figures/{figure}.tsv"
+        localrule: True
+        conda:
+            "../envs/vibrissa.yaml"
+        threads: 1
+        params:
+            figures={figure: SCRIPTED[figure]},
+            captions=None,
+            study_parts=STUDY_PARTS,
+            code=DISPLAY_CODE,
+        message:
+            f"drawing {figure}"
+        script:
+            "../scripts/figures.py"
+
+
 rule claims:
     input:
+        again("tables/claims.parquet"),
         **COMPUTED,
     output:
         table=f"{RESULTS}/tables/claims.parquet",
@@ -54,7 +95,7 @@ rule claims:
         method=STUDY.method.value,
         names=dict(STUDY.claims or {}),
         study_parts=STUDY_PARTS,
-        code=STUDY_CODE,
+        code=DISPLAY_CODE,
     message:
         "judging the paper's statements"
     script:
@@ -63,7 +104,9 @@ rule claims:
 
 rule summary:
     input:
+        again("summary.txt"),
         **TABLES,
+        pictures=PICTURES,
     output:
         f"{RESULTS}/summary.txt",
     log:
@@ -76,8 +119,9 @@ rule summary:
     threads: 1
     params:
         strict=STUDY.strict,
+        figures=list(FIGURES),
         study_parts=STUDY_PARTS,
-        code=STUDY_CODE,
+        code=DISPLAY_CODE,
     message:
         "counting rows by status"
     script:
@@ -86,8 +130,9 @@ rule summary:
 
 rule report:
     input:
+        again("report.html"),
         **TABLES,
-        pictures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
+        pictures=PICTURES,
     output:
         f"{RESULTS}/report.html",
     log:
@@ -105,7 +150,8 @@ rule report:
         figures=FIGURES,
         study_file=(STUDY_FILE.name, STUDY.text),
         study_parts=STUDY_PARTS,
-        code=STUDY_CODE,
+        mark=MARKS[outdated.REPORT],
+        code=DISPLAY_CODE,
     message:
         "writing the report"
     script:

@@ -2,6 +2,8 @@
 
 
 rule chunk:
+    input:
+        again("chunks/{chunk}.parquet"),
     output:
         f"{RESULTS}/chunks/{{chunk}}.parquet",
     log:
@@ -18,9 +20,9 @@ rule chunk:
         study=STUDY.name,
         grid=lambda wildcards: STUDY.chunks[wildcards.chunk].grid,
         axes=lambda wildcards: STUDY.chunks[wildcards.chunk].axes,
-        solver=SOLVER,
+        solver=STUDY.solver,
         # Stored in the file: rule `stiction` refuses a chunk of another study file.
-        study_part=lambda wildcards: STUDY.chunks[wildcards.chunk].part(SOLVER),
+        study_part=lambda wildcards: STUDY.chunk_part(wildcards.chunk),
         code=SOLVING_CODE,
     message:
         "solving {wildcards.chunk}"
@@ -30,7 +32,8 @@ rule chunk:
 
 rule stiction:
     input:
-        expand(rules.chunk.output, chunk=STUDY.chunks),
+        again("tables/stiction.parquet"),
+        chunks=expand(rules.chunk.output, chunk=STUDY.chunks),
     output:
         f"{RESULTS}/tables/stiction.parquet",
     log:
@@ -42,7 +45,7 @@ rule stiction:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
-        chunk_parts=[chunk.part(SOLVER) for chunk in STUDY.chunks.values()],
+        chunk_parts=list(map(STUDY.chunk_part, STUDY.chunks)),
         study_part=STUDY.part("stiction"),
         code=SOLVING_CODE,
     message:
@@ -52,6 +55,8 @@ rule stiction:
 
 
 rule scans:
+    input:
+        again("tables/scans.parquet"),
     output:
         f"{RESULTS}/tables/scans.parquet",
     log:
@@ -66,7 +71,7 @@ rule scans:
     params:
         study=STUDY.name,
         scans={name: (scan.axes, scan.cycles) for name, scan in STUDY.scans.items()},
-        solver=SOLVER,
+        solver=STUDY.solver,
         study_part=STUDY.part("scans"),
         code=SCANNING_CODE,
     message:
@@ -76,6 +81,8 @@ rule scans:
 
 
 rule states:
+    input:
+        again("tables/states.parquet"),
     output:
         f"{RESULTS}/tables/states.parquet",
     log:
@@ -97,6 +104,8 @@ rule states:
 
 
 rule comparisons:
+    input:
+        again("tables/comparisons.parquet"),
     output:
         f"{RESULTS}/tables/comparisons.parquet",
     log:

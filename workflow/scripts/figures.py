@@ -1,30 +1,43 @@
-"""Draw all figures from the tables, and write their captions."""
+"""Draw figures from the tables, and write the captions of all figures."""
 
 from pathlib import Path
 
+from vibrissa.errors import TableError
 from vibrissa.figures import style
 from vibrissa.figures.draw import draw
 from vibrissa.files import write_atomically
-from vibrissa.pipeline import jobs
+from vibrissa.pipeline import jobs, outdated
 from vibrissa.tables import query
 from vibrissa.wording import figure_name
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
     tables = query.opened_tables(snakemake.input, params.study_parts)
-    captions = Path(snakemake.output.captions)
-    text = "# Figures\n"
+    folder = Path(snakemake.output[0]).parent
     for name, figure in params.figures.items():
         print(f"drawing {name}")
-        drawn = draw(
-            figure["kind"],
-            tables[figure["table"]],
-            figure["selection"],
-            script=figure["script"],
-            look=figure,
-        )
-        endings = (*figure["formats"], "png")
-        style.save(drawn, [captions.with_name(f"{name}.{ending}") for ending in endings])
-        text += f"\n**{figure_name(name)}.** {figure['caption']}\n"
-    with write_atomically(captions) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        paths = [folder / f"{name}.{ending}" for ending in (*figure["formats"], "png")]
+        failed = folder / f"{name}{outdated.FAILED}"
+        failed.unlink(missing_ok=True)
+        try:
+            drawn = draw(
+                figure["kind"],
+                tables[figure["table"]],
+                figure["selection"],
+                script=figure["script"],
+                look=figure,
+            )
+            style.save(drawn, paths)
+        except (OSError, TableError):
+            raise
+        except Exception as error:
+            # The other figures are drawn; rule `summary` ends the run with this error.
+            print(f"error: {error}")
+            failed.write_text(f"{error}\n", encoding="utf-8")
+            style.save(style.message(f"{figure_name(name)} could not be drawn: {error}"), paths)
+    if params.captions is not None:
+        text = "# Figures\n"
+        for name, caption in params.captions.items():
+            text += f"\n**{figure_name(name)}.** {caption}\n"
+        with write_atomically(Path(snakemake.output.captions)) as temporary:
+            temporary.write_text(f"{text}\n{outdated.marked(params.mark)}", encoding="utf-8")

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from vibrissa.files import write_atomically
-from vibrissa.pipeline import jobs
+from vibrissa.pipeline import jobs, outdated
 from vibrissa.report.facts import environment
 from vibrissa.report.page import About, Picture, page
 from vibrissa.tables import query
@@ -30,4 +30,5 @@ with jobs.logged(snakemake.log[0]):
     )
     tables = query.opened_tables(snakemake.input, params.study_parts)
     with write_atomically(Path(snakemake.output[0])) as temporary:
-        temporary.write_text(page(about, tables, pictures), encoding="utf-8")
+        text = page(about, tables, pictures) + outdated.marked(params.mark)
+        temporary.write_text(text, encoding="utf-8")

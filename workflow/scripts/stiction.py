@@ -8,7 +8,7 @@ from vibrissa.tables import query, schemas, store
 def rows(params):
     """Yield the rows of all chunks; read all before the damaged ones are refused."""
     damaged = []
-    for path, chunk_part in zip(snakemake.input, params.chunk_parts, strict=True):
+    for path, chunk_part in zip(snakemake.input.chunks, params.chunk_parts, strict=True):
         try:
             chunk = query.opened(path, schemas.STICTION, chunk_part)
             yield from query.batches(chunk, schemas.STICTION.names)

@@ -1,10 +1,10 @@
-"""Count rows by status, and statements by verdict; with `strict`, fail if a row failed."""
+"""Count rows by status, and statements by verdict; fail if a figure, or a strict row, failed."""
 
 from pathlib import Path
 
 from vibrissa.files import write_atomically
 from vibrissa.paper import ledger
-from vibrissa.pipeline import jobs
+from vibrissa.pipeline import jobs, outdated
 from vibrissa.tables import query
 from vibrissa.tables.counts import counts_by_status, need_results, sentence
 
@@ -14,7 +14,9 @@ with jobs.logged(snakemake.log[0]):
     text = sentence(counts)
     if "claims" in tables:
         text += f"{ledger.summary(query.rows(tables['claims'], ['verdict']))}\n"
-    with write_atomically(Path(snakemake.output[0])) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    # Checked before the file is there, which would end the study.
+    outdated.need_drawn(Path(snakemake.output[0]).parent, snakemake.params.figures)
     if snakemake.params.strict:
         need_results(counts)
+    with write_atomically(Path(snakemake.output[0])) as temporary:
+        temporary.write_text(text, encoding="utf-8")

@@ -15,6 +15,7 @@ from rocrate.rocrate import ROCrate
 from vibrissa import __version__, provenance
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
+from vibrissa.provenance import why_unknown
 from vibrissa.tables import store
 
 # Files and folders that run a study or explain it, relative to the project.
@@ -49,9 +50,18 @@ class ArchiveError(VibrissaError):
 
 
 def need_committed(commit: str, tables: Iterable[Path]) -> None:
-    """Refuse code that was edited since its commit, and tables that such code made."""
+    """Refuse code whose commit is unknown or that was edited since, and tables of such code."""
+    if commit == provenance.UNKNOWN:
+        raise ArchiveError(
+            f"the commit of the code is not known, so that it may be edited: {why_unknown()}"
+        )
     made_by = {str(path): store.metadata(path)[store.COMMIT] for path in tables}
     for what, version in {"this archive": commit, **made_by}.items():
+        if version == provenance.UNKNOWN:
+            raise ArchiveError(
+                f"{what} does not have the commit of its code, which was not known; delete the "
+                "study's folder in results/, run the study again, and archive it then"
+            )
         if version.endswith("-dirty"):
             raise ArchiveError(
                 f"the code of {what} was edited since its commit ({version}); commit the changes, "

@@ -159,7 +159,15 @@ def as_text(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
             f"{', '.join(frame)}"
         )
     ordered = frame.sort_values(layout.keys, ignore_index=True)
-    return pd.DataFrame({column: ordered[column].astype(object).map(_spell) for column in names})
+    spelled = {name: _spell_key if name in layout.keys else _spell for name in names}
+    return pd.DataFrame({name: ordered[name].astype(object).map(spelled[name]) for name in names})
+
+
+def _spell_key(value: Any) -> str:
+    """Format a value that identifies a row: with all its digits, so that no two are alike."""
+    text = _spell(value)
+    is_float = isinstance(value, float | np.floating) and not pd.isna(value)
+    return repr(float(value)) if is_float and float(text) != value else text
 
 
 def _spell(value: Any) -> str:

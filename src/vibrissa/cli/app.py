@@ -75,9 +75,10 @@ app = typer.Typer(
 def _print_version(wanted: bool) -> None:
     if wanted:
         from vibrissa import __version__
-        from vibrissa.provenance import commit
+        from vibrissa.provenance import commit, why_unknown
 
-        typer.echo(f"vibrissa {__version__}, commit {commit()}")
+        unknown = f" ({reason})" if (reason := why_unknown()) else ""
+        typer.echo(f"vibrissa {__version__}, commit {commit()}{unknown}")
         raise typer.Exit
 
 

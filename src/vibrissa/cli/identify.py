@@ -9,7 +9,7 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
-from vibrissa.cli.warnings import material_of, warn
+from vibrissa.cli.warnings import material_of, warn, with_modulus
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup
 from vibrissa.sensor.setup import TOLERANCES
 from vibrissa.wording import counted, see_page
@@ -59,6 +59,7 @@ def identify(
     laterally, the lines after that are left out, too. The exit code is 2 after an error in the
     input.
     """
+    setup = with_modulus(setup)
     material = material_of(setup)
     found = sensor.identify(setup, recording, method=method, slip_time=slip_time, delay=delay)
     place = "" if output is None else f"{output}: "

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
-from vibrissa.cli.warnings import material_of, warn
+from vibrissa.cli.warnings import material_of, warn, with_modulus
 from vibrissa.scanning import SlipLaw
 from vibrissa.scanning.simulation import TipSide
 from vibrissa.sensor import Setup
@@ -52,6 +52,7 @@ def scan(
     columns of the table are known only in a simulation: position of the tip, x0, friction under the
     tip, period and phase.
     """
+    setup = with_modulus(setup)
     whisker, material = setup.whisker, material_of(setup)
     surface = read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed

@@ -6,7 +6,7 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
-from vibrissa.cli.warnings import material_of, warn
+from vibrissa.cli.warnings import material_of, warn, with_modulus
 from vibrissa.outcomes import Status
 from vibrissa.sensor import Setup
 
@@ -25,6 +25,7 @@ def solve(
     Self-locking is a result, too: its status is `lock`. The exit code is 1 if nothing can be
     computed, 2 after an error in the input.
     """
+    setup = with_modulus(setup)
     whisker, material = setup.whisker, material_of(setup)
     found = sensor.solve(whisker, mu0, step)
     hand_out(found, str(found), output)

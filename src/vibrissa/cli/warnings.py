@@ -6,7 +6,7 @@ import typer
 
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Contact
-from vibrissa.quantities.units import Kind
+from vibrissa.quantities.units import Kind, Measured
 from vibrissa.sensor.onset import largest_strain
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.whisker import Whisker
@@ -31,6 +31,22 @@ def material_of(setup: Setup) -> "Material | None":
     if setup.material is not None:
         raise ArgumentError("with a material, give modulus, diameter and length of the rod")
     return None
+
+
+def with_modulus(setup: Setup) -> Setup:
+    """Return the set-up with the modulus of its material, if it states a size but no modulus.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no such material.
+    """
+    if setup.material is None or setup.modulus or not (setup.diameter or setup.length):
+        return setup
+    from vibrissa.design.materials import MATERIALS, Material
+
+    modulus = Material.named(setup.material, MATERIALS).modulus
+    return setup.model_copy(update={"modulus": Measured(f"{modulus:g} Pa")})
 
 
 def warn(whisker: Whisker, end: float, material: "Material | None", begin: float = 0.0) -> None:

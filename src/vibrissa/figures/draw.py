@@ -93,7 +93,7 @@ def _scripted(script: Path, rows: pd.DataFrame) -> Figure:
     """Draw with the function `DRAW` of the user's file."""
     try:
         figure = runpy.run_path(str(script))[DRAW](rows)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         calls = traceback.extract_tb(error.__traceback__)
         lines = [f":{call.lineno}" for call in calls if call.filename == str(script)]
         line = lines[-1] if lines else ""

@@ -87,7 +87,9 @@ def message(text: str) -> Figure:
     """Make a figure without data that shows a text."""
     figure, panel = axes(1.2)
     panel.set_axis_off()
-    panel.text(0.5, 0.5, text, ha="center", va="center", wrap=True, transform=panel.transAxes)
+    # A text from elsewhere may have dollar signs, which would make it a formula.
+    look: Look = {"ha": "center", "va": "center", "wrap": True, "parse_math": False}
+    panel.text(0.5, 0.5, text, transform=panel.transAxes, **look)
     return figure
 
 

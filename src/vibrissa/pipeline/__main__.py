@@ -3,13 +3,13 @@
 Ctrl-C, SIGTERM and the closing of the terminal end both Snakemake and its jobs.
 """
 
-import os
 import signal
 import subprocess
 import sys
 from contextlib import suppress
 
 from vibrissa.pipeline.places import HOME, SNAKEFILE
+from vibrissa.pipeline.suitable import unsuitable
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PROFILE = HOME / "workflow/profiles/default"
@@ -17,24 +17,26 @@ PROFILE = HOME / "workflow/profiles/default"
 
 def main(arguments: list[str]) -> int:
     """Run the workflow with Snakemake's arguments; return the exit status."""
+    # Signals wait until the child is there. It inherits this, and lets them in when it is ready.
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
     for number in ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup ignores SIGHUP
             signal.signal(number, _stop)
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
+    if problem := unsuitable(arguments):
+        print(problem, file=sys.stderr)
+        return 1
+    command = [sys.executable, "-m", "vibrissa.pipeline.child", "--snakefile", str(SNAKEFILE)]
     command += ["--workflow-profile", str(PROFILE), *arguments]  # the last profile wins
-    child = None
+    # In a session of its own Snakemake gets each signal once.
+    child = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
     try:
-        # In a session of its own Snakemake gets each signal once.
-        child = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
         return child.wait()
     except KeyboardInterrupt:
-        if child is not None:
-            # On SIGINT Snakemake removes its jobs from a cluster's queue, but waits for local jobs.
-            # SIGTERM ends local jobs, and also, silently, a Snakemake that is still loading.
-            with suppress(ProcessLookupError):
-                os.killpg(child.pid, signal.SIGTERM)
-                child.send_signal(signal.SIGINT)
-            child.wait()
+        # See `vibrissa.pipeline.stopping.stop`.
+        with suppress(ProcessLookupError):
+            child.send_signal(signal.SIGINT)
+        child.wait()
     print("Stopped. Finished results are kept: run the same command to resume.", file=sys.stderr)
     return 128 + signal.SIGINT
 

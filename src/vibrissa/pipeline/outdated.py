@@ -1,50 +1,171 @@
-"""Check that the results of a study are current: made by this code from this study file."""
+"""Find results that this code does not make from this study file.
 
-import subprocess
+Tables carry what made them (`vibrissa.tables.store`); captions and report have a mark. So results
+are judged wherever they come from, and whatever Snakemake has recorded of them.
+"""
+
+import re
 import sys
-from base64 import urlsafe_b64encode
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from hashlib import sha256
 from pathlib import Path
 
-from vibrissa.errors import ComparisonError
-from vibrissa.pipeline.places import SNAKEFILE, near
+from vibrissa.errors import ComparisonError, DamagedTableError, VibrissaError
+from vibrissa.pipeline.places import PAPER, near
+from vibrissa.provenance import display_code
 from vibrissa.study.model import Study
 from vibrissa.tables import store
 
-# Folders in which Snakemake records how files were made, and that their making has begun.
-RECORDS = (Path(".snakemake/metadata"), Path(".snakemake/incomplete"))
+CAPTIONS, REPORT = "figures/captions.md", "report.html"
+# A mark in a text, as a comment of HTML or Markdown.
+_MARK = re.compile(rb"<!-- made of ([0-9a-f]{16}) -->")
+# Bytes at the end of a file in which its mark is.
+_TAIL = 200
+# What a figure that could not be drawn leaves beside its files: a text with the reason.
+FAILED = ".failed.txt"
+# Largest number of tables that are named.
+SHOWN = 5
 
 
-def need_records(folder: Path, parts: Mapping[str, str]) -> None:
-    """Refuse tables of another study file of which Snakemake has no record.
+def marks(study: Study) -> dict[str, str]:
+    """Return the marks of captions and report: digests of all that determines them."""
+    folder = study.folder
+    scripts = {
+        name: sha256((folder / figure.script).read_bytes()).hexdigest()
+        for name, figure in study.figures.items()
+        if figure.script
+    }
+    figures = {name: {**one, "script": None} for name, one in study.figure_params.items()}
+    drawn = (display_code(), figures, scripts)
+    return {CAPTIONS: _digest(drawn), REPORT: _digest((*drawn, study.title, study.text))}
 
-    Snakemake would take them for results of this study file. Its records are missing if the folder
-    ``.snakemake`` was removed, or if the results were copied from elsewhere.
+
+def _digest(content: object) -> str:
+    return sha256(repr(content).encode()).hexdigest()[:16]
+
+
+def marked(mark: str) -> str:
+    """Return the line that ends a marked file."""
+    return f"<!-- made of {mark} -->\n"
+
+
+def _has_mark(path: Path, mark: str) -> bool:
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - _TAIL))
+        found = _MARK.findall(file.read())
+    return found[-1:] == [mark.encode()]
+
+
+def outdated(folder: Path, study: Study) -> dict[Path, str]:
+    """Find existing results that must be made again, with the reason of each.
+
+    Chunks are looked at only where ``stiction`` must be made again.
 
     Parameters
     ----------
     folder : Path
         The study's folder of results.
-    parts : mapping
-        Part of the study file that determines a table, by the table's path in `folder`.
 
     Raises
     ------
-    DamagedTableError
-        If there is such a table.
+    TableError
+        If a table cannot be read although it may be sound.
     """
+    parts = {f"tables/{name}.parquet": study.part(name) for name in study.tables}
+    found = dict(_outdated_tables(folder, parts))
+    joined = folder / "tables/stiction.parquet"
+    if joined in found or not joined.is_file():
+        chunks = {f"chunks/{name}.parquet": study.chunk_part(name) for name in study.chunks}
+        found |= dict(_outdated_tables(folder, chunks))
+    for name, mark in marks(study).items():
+        path = folder / name
+        if path.is_file() and not _has_mark(path, mark):
+            found[path] = "was made by other code or from another study file"
+    for name in study.figures:
+        if (folder / f"figures/{name}{FAILED}").is_file():
+            found[folder / f"figures/{name}.png"] = "shows why it could not be drawn"
+    return found
+
+
+def _outdated_tables(folder: Path, parts: Mapping[str, str]) -> Iterator[tuple[Path, str]]:
     for name, part in parts.items():
         path = folder / name
-        coded = urlsafe_b64encode(str(path).encode()).decode()
-        # A name that is too long for a file is split into folders.
-        record = coded if len(coded) < 255 else f"@{coded[:254]}"
-        if path.is_file() and not any((place / record).exists() for place in RECORDS):
-            remedy = f"delete the folder {folder}, or change the key 'study'"
-            store.need_study(path, part, f"Snakemake has no record of it: {remedy}")
+        try:
+            reason = store.why_outdated(path, part) if path.is_file() else ""
+        except DamagedTableError as error:
+            reason = error.reason
+        if reason:
+            yield path, reason
+
+
+def to_make_again(folder: Path, study: Study) -> set[str]:
+    """Return existing results that must be made again, and print why.
+
+    Changes of the study file are not printed.
+
+    Raises
+    ------
+    TableError
+        If a table cannot be read although it may be sound.
+    """
+    found = outdated(folder, study)
+    told = [
+        f"{path} {reason}: it is made again"
+        for path, reason in found.items()
+        if path.suffix == ".parquet" and not reason.startswith(store.OTHER_STUDY)
+    ]
+    more = [f"and {len(told) - SHOWN:,} more tables"] if len(told) > SHOWN else []
+    for line in [*told[:SHOWN], *more]:
+        print(line, file=sys.stderr)
+    paths = set(found)
+    if folder / CAPTIONS in paths:
+        paths |= {
+            folder / "summary.txt",
+            *(folder / f"figures/{name}.png" for name in study.figures),
+        }
+    return set(map(str, paths))
+
+
+def kept(folder: Path, study: Study, old: Collection[str], began: float) -> str:
+    """Describe in one line which chunks and tables are there after a run that was stopped.
+
+    Parameters
+    ----------
+    old : collection of str
+        Results that must be made again, unless this was done since the time `began`.
+    """
+
+    def finished(names: Iterable[str]) -> str:
+        paths = [folder / f"{name}.parquet" for name in names]
+        there = [path for path in paths if path.is_file()]
+        done = [one for one in there if str(one) not in old or one.stat().st_mtime > began]
+        return f"{len(done):,} of {len(paths):,}"
+
+    chunks = finished(f"chunks/{name}" for name in study.chunks)
+    tables = finished(f"tables/{name}" for name in study.tables)
+    return f"{folder} has {chunks} chunks and {tables} tables."
+
+
+def need_drawn(folder: Path, figures: Iterable[str]) -> None:
+    """Refuse figures that could not be drawn.
+
+    Raises
+    ------
+    VibrissaError
+        If there are any; the message has the reasons.
+    """
+    paths = {name: folder / f"figures/{name}{FAILED}" for name in figures}
+    reasons = [
+        f"figure {name} could not be drawn: {path.read_text(encoding='utf-8').strip()}"
+        for name, path in paths.items()
+        if path.is_file()
+    ]
+    if reasons:
+        raise VibrissaError("\n".join(reasons))
 
 
 def need_current(study: Study, study_file: Path, results: Iterable[str]) -> None:
-    """Refuse results older than the code or the study file, or made from another study file.
+    """Refuse results that are missing, or that this code does not make from this study file.
 
     Parameters
     ----------
@@ -57,21 +178,12 @@ def need_current(study: Study, study_file: Path, results: Iterable[str]) -> None
         If results are missing or outdated; the message has the command to run.
     """
     folder = Path("results", study.name)
-    files = [folder / name for name in results]
-    for path in files:
+    command = f"make study STUDY={near(study_file)}"
+    remedy = f"run {'make reproduce' if study_file == PAPER else command} first"
+    old = outdated(folder, study)
+    for name in results:
+        path = folder / name
         if not path.is_file():
-            name = path.relative_to(folder)
-            raise ComparisonError(f"the folder {folder} has no file {name}; run the study first")
-        if path.suffix == ".parquet":
-            store.need_study(path, study.part(path.stem))
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE), "--dry-run"]
-    command += [*map(str, files), "--configfile", str(study_file)]
-    result = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    screen = " ".join(f"{result.stdout} {result.stderr}".split())
-    if result.returncode:
-        raise ComparisonError(f"Snakemake cannot check whether results are current: {screen}")
-    if "Nothing to be done" not in screen:
-        raise ComparisonError(
-            "the results are older than the code or the study file; "
-            f"run make study STUDY={near(study_file)} first"
-        )
+            raise ComparisonError(f"the folder {folder} has no file {name}; {remedy}")
+        if path in old:
+            raise ComparisonError(f"{path} {old[path]}; {remedy}")

@@ -14,7 +14,7 @@ from vibrissa import __version__
 from vibrissa.outcomes import NO_RESULT
 from vibrissa.paper.claims import CLAIMS
 from vibrissa.paper.ledger import quantities_of
-from vibrissa.provenance import commit
+from vibrissa.provenance import commit, why_unknown
 from vibrissa.report.spelling import spell, spell_unit
 from vibrissa.tables import query, store
 from vibrissa.tables.counts import counts_by_status, sentence
@@ -101,8 +101,9 @@ def origins(found: Mapping[str, Readable]) -> list[tuple[str, int, str, str]]:
 
 def environment() -> dict[str, str]:
     """Return versions of the software by name, without the machine's name or paths."""
+    unknown = f" ({reason})" if (reason := why_unknown()) else ""
     return {
-        "vibrissa": f"{__version__}, commit {commit()}",
+        "vibrissa": f"{__version__}, commit {commit()}{unknown}",
         "Python": platform.python_version(),
         **{name: metadata.version(name) for name in LIBRARIES},
         "system": f"{platform.system()}, {platform.machine()}",

@@ -35,7 +35,7 @@ MOST_TAPER = 50.0
 KEPT_CURVES = 256
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class EquilibriumState(ContactState):
     """One equilibrium of the rod with its tip held at a point of the surface.
 
@@ -62,6 +62,18 @@ class EquilibriumState(ContactState):
     eta: float
     residual: float
     _solution: RodStates | None = field(default=None, repr=False)
+
+    @property
+    def marks(self) -> list[str]:
+        """What makes the state no state of a real rod: it penetrates, or it is unstable."""
+        return _marks(self.penetrates, self)
+
+    def __repr__(self) -> str:
+        """Return status, numbers and marks on one line each."""
+        names = ("theta", "eta", "x1", *ContactState.names(), "residual")
+        lines = [f"{name:<16} {getattr(self, name):.6g}" for name in names]
+        status = f"{'status':<16} {self.status.value} {self.contact} {self.message}".rstrip()
+        return "\n".join([status, *lines, *(f"{'warning':<16} {mark}" for mark in self.marks)])
 
     @property
     def penetrates(self) -> bool:
@@ -128,6 +140,9 @@ class Onset:
     trail : StickingState
         Last sticking state after lateral buckling, when the rod trails behind the clamp; NaN if
         the rod does not buckle. Its x0 counts from the α = 0 state in which the period began.
+    penetrates : bool
+        Whether the rod passes through the surface before the onset or the lock, which no real rod
+        does.
     residual : float
         Largest equilibrium residual of the sticking curve.
     """
@@ -142,7 +157,13 @@ class Onset:
     end: str
     ended: StickingState
     trail: StickingState
+    penetrates: bool
     residual: float
+
+    @property
+    def marks(self) -> list[str]:
+        """What makes the result no result of a real rod: it penetrates, or it is unstable."""
+        return _marks(self.penetrates, self.slip)
 
     def __repr__(self) -> str:
         """Return a line for each known quantity: name, value, unit and meaning."""
@@ -163,11 +184,26 @@ class Onset:
         ]
         known = [row for row in rows if not np.isnan(row[1])]
         lines = (f"{n:<12} {value:<11.6g} {unit:<8} {text}" for n, value, unit, text in known)
-        return "\n".join([f"{'status':<12} {self.status.value}: {self.message}", *lines])
+        marks = (f"{'warning':<12} {mark}" for mark in self.marks)
+        return "\n".join([f"{'status':<12} {self.status.value}: {self.message}", *lines, *marks])
+
+
+def _marks(penetrates: bool, state: ContactState) -> list[str]:
+    """Describe why a rod does not take this state although it is an equilibrium."""
+    marks = []
+    if penetrates:
+        marks.append("the rod passes through the surface: contact='line' lets it lie on it")
+    if state.stability < 0.0:
+        marks.append("the state is unstable in its plane: the rod snaps before")
+    if state.stability_aside < 0.0:
+        marks.append("the state is unstable out of its plane: a round rod buckles before")
+    return marks
 
 
 def _check_numbers(**values: object) -> None:
     for name, value in values.items():
+        if isinstance(value, np.ndarray) and value.ndim == 0:
+            value = value.item()
         if isinstance(value, bool) or not isinstance(value, Real | Decimal):
             raise ArgumentError(f"{name} must be one number, not a text or a list, got {value!r}")
         with suppress(OverflowError, ValueError):  # integers beyond floats, signalling NaN
@@ -571,6 +607,7 @@ def onset_on(
         end=stiction.end[0],
         ended=stiction.ended.take(0),
         trail=stiction.trail.take(0),
+        penetrates=bool(stiction.penetrates[0]),
         residual=curve.residual,
     )
 

@@ -150,7 +150,7 @@ class StickingCurve:
                 f"{x0.tolist()}"
             )
         states = self._alone.states(_first(x0.ravel()), x0.ravel())
-        return states.each(lambda values: values.reshape(x0.shape))
+        return states.each(lambda values: values.reshape(x0.shape)[()])
 
     def mobilised_friction(self, x0: ArrayLike) -> FloatArray:
         """Mobilised friction −tan α at displacements (L); infinite where the tip lifts off."""
@@ -217,7 +217,8 @@ class StickingCurve:
         if np.any(~(mu0 > 0.0)):
             raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
         self._need_states("onset")
-        return self._alone.onset(_first(mu0.ravel()), mu0.ravel()).reshape(mu0.shape)
+        # [()] makes a number of an array without axes: a number for a number.
+        return self._alone.onset(_first(mu0.ravel()), mu0.ravel()).reshape(mu0.shape)[()]
 
     def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
         """How sticking of a locked tip ends, and in which state.

@@ -5,6 +5,7 @@ Axes are cut from their first value on, so that values appended to an axis chang
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from itertools import product
 from typing import Any
 
@@ -14,9 +15,12 @@ from vibrissa.study.axes import MOUNTING_AXES, Values, sortable, spell_value
 
 # Order of the axes in the rows of a table; the last axis varies fastest.
 ROW_ORDER = ("eta", "theta", *MOUNTING_AXES, "dx0", "mu0")
-# Default number of values of each axis in a chunk: a job then takes seconds to some minutes.
-# Friction and step are not cut, as their points cost little.
-SIZES = {"theta": 128, "eta": 16, **dict.fromkeys(MOUNTING_AXES, 4)}
+# Default largest number of values of each axis in a chunk, and of rods. A job then takes some 10 s;
+# a run that is stopped loses no more. Friction and step are not cut, as their points cost little.
+SIZES = {"theta": 64, "eta": 16, **dict.fromkeys(MOUNTING_AXES, 16)}
+MOST_RODS = 512
+# Characters of a chunk's name before a digest: file systems allow 255 with all endings.
+LONGEST_NAME = 150
 # The paper's own method takes ten seconds and more for each rod and step.
 SIZES_BY_STEP = {"theta": 1, "eta": 1}
 # Times requested from a cluster (s), which are upper bounds: for a rod (usually 5 to 20 ms; more
@@ -33,10 +37,16 @@ class Chunk:
 
     @property
     def name(self) -> str:
-        """Name made of the grid and first values, such as ``taper/theta1_eta0.85``."""
+        """Name made of the grid and first values, such as ``taper/theta1_eta0.85``.
+
+        A name that would be too long for a file has a digest in the place of its end.
+        """
         mounted = [axis for axis in MOUNTING_AXES if self.axes[axis] != (0.0,)]
         first = {axis: spell_value(self.axes[axis][0]) for axis in ("theta", "eta", *mounted)}
-        return f"{self.grid}/{'_'.join(axis + value for axis, value in first.items())}"
+        values = "_".join(axis + value for axis, value in first.items())
+        if len(values) > LONGEST_NAME:
+            values = f"{values[:LONGEST_NAME]}_{sha256(values.encode()).hexdigest()[:16]}"
+        return f"{self.grid}/{values}"
 
     def part(self, solver: Mapping[str, str]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its file's metadata."""
@@ -49,6 +59,19 @@ class Chunk:
         steps = points / len(self.axes["mu0"])
         seconds = ROD_BY_STEP * steps if by_step else ROD * steps / len(self.axes["dx0"])
         return 1 + int((START + seconds + POINT * points) / 60)
+
+
+def sizes_of(axes: Mapping[str, Values]) -> dict[str, int]:
+    """Return the default number of values of each axis in a chunk.
+
+    An axis has room for what the axes before it leave of `MOST_RODS`. So a value appended to an
+    axis of full chunks does not change how the others are cut.
+    """
+    sizes, room = {}, MOST_RODS
+    for axis, most in SIZES.items():
+        sizes[axis] = min(most, room)
+        room = max(1, room // min(sizes[axis], len(axes[axis])))
+    return sizes
 
 
 def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -> Iterator[Chunk]:

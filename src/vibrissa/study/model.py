@@ -1,6 +1,7 @@
 """The study file: its sections with their keys, and checks that the sections fit together."""
 
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import yaml
@@ -8,7 +9,15 @@ from pydantic import Field, FiniteFloat, PrivateAttr, field_validator, model_val
 
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.axes import AXES, MOUNTING_AXES, Eta, Theta, Values
-from vibrissa.study.chunks import SIZES, SIZES_BY_STEP, Chunk, chunks_of, number_of_points
+from vibrissa.study.chunks import (
+    MOST_RODS,
+    SIZES,
+    SIZES_BY_STEP,
+    Chunk,
+    chunks_of,
+    number_of_points,
+    sizes_of,
+)
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import Figure
 from vibrissa.study.sections import Count, Mistakes, Name, Section
@@ -118,7 +127,7 @@ class Study(Section):
         description="largest number of values of an axis that one job solves, as in {theta: 16} "
         "(default: "
         + ", ".join(f"{axis} {size}" for axis, size in SIZES.items())
-        + "; all of mu0 and dx0)",
+        + f", and {MOST_RODS} rods in all; all of mu0 and dx0)",
     )
     max_points: Count = Field(
         default=MAX_POINTS,
@@ -176,7 +185,7 @@ class Study(Section):
                 mistakes.add(f"{needs}; allowed here: collocation", "method")
         for name, figure in self.figures.items():
             sections = getattr(self, f"{figure.source}s")
-            for place, text in figure.misfits(sections, self._context["folder"]):
+            for place, text in figure.misfits(sections, self.folder):
                 mistakes.add(text, "figures", name, *place)
         for place, text in self.claims.misfits(self) if self.claims else ():
             mistakes.add(text, "claims", *place)
@@ -207,12 +216,11 @@ class Study(Section):
     @property
     def figure_params(self) -> dict[str, dict[str, Any]]:
         """All inputs of the drawing of each figure, with its caption and the user's script."""
-        folder = self._context["folder"]
         return {
             name: {
                 **figure.params(),
                 "caption": figure.caption_of(getattr(self, f"{figure.source}s")),
-                "script": (folder / figure.script).as_posix() if figure.script else None,
+                "script": (self.folder / figure.script).as_posix() if figure.script else None,
             }
             for name, figure in self.figures.items()
         }
@@ -225,12 +233,26 @@ class Study(Section):
     @cached_property
     def chunks(self) -> dict[str, Chunk]:
         """Chunks of all grids by name; one job solves one chunk."""
-        sizes = SIZES | (SIZES_BY_STEP if self.method.by_step else {}) | self.chunk
+        fixed = (SIZES_BY_STEP if self.method.by_step else {}) | self.chunk
         return {
             chunk.name: chunk
             for name, grid in self.grids.items()
-            for chunk in chunks_of(name, grid.axes, sizes)
+            for chunk in chunks_of(name, grid.axes, sizes_of(grid.axes) | fixed)
         }
+
+    @property
+    def solver(self) -> dict[str, str]:
+        """The solver and what it solves, as plain values."""
+        return {"contact": self.contact, "section": self.section, "method": self.method}
+
+    def chunk_part(self, name: str) -> str:
+        """Return the inputs that determine a chunk, as text for the metadata of its table."""
+        return self.chunks[name].part(self.solver)
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the study file, to which paths in it are relative."""
+        return Path(self._context["folder"])
 
     @property
     def text(self) -> str:

@@ -1,6 +1,7 @@
 """Reading of a study file; its mistakes are reported together, with lines and allowed values."""
 
 from collections.abc import Iterator, Mapping
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -9,18 +10,16 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from vibrissa.errors import StudyError
 from vibrissa.study.model import Study
 from vibrissa.study.schema import allowed_at
 from vibrissa.study.sections import NAME_ALLOWED, Mistake
+from vibrissa.study.yaml12 import loaded, shown, text_of
 
 # Prefix of top-level keys that only hold YAML anchors.
 FOR_ANCHORS = "x-"
 Location = tuple[str | int, ...]
-# Characters of a wrong value that a message shows.
-SHOWN = 60
 
 
 def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> Study:
@@ -39,8 +38,8 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
         If there are mistakes: one line for each, with file, line, key, value and what is allowed.
     """
     changes = dict(changes or {})
-    text = _text(path) if path else yaml.safe_dump(changes, sort_keys=False)
-    written = (_loaded(path, text) if path else {}) | changes
+    text = text_of(path) if path else yaml.safe_dump(changes, sort_keys=False)
+    written = (loaded(path, text) if path else {}) | changes
     changed = "".join(f"# --config {key}={value}\n" for key, value in changes.items() if path)
     # Keys that only hold anchors are left out.
     sections = {key: written[key] for key in written if not str(key).startswith(FOR_ANCHORS)}
@@ -63,34 +62,7 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
 
 def name_in(path: Path) -> str:
     """Return the study's name from a file, which may have mistakes; empty if it has no name."""
-    return str(_loaded(path, _text(path)).get("study", ""))
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise StudyError(f"{path} cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError as error:
-        raise StudyError(f"{path} is not a text in UTF-8: {error.reason}") from None
-
-
-def _loaded(path: Path, text: str) -> dict[Any, Any]:
-    """Parse the text of a study file."""
-    try:
-        document = YAML(typ="safe", pure=True).load(text)
-    except MarkedYAMLError as error:
-        line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
-        reason = error.problem or error.context
-        raise StudyError(f"{path}{line}: not valid YAML: {reason}") from None
-    except (YAMLError, ValueError, RecursionError) as error:
-        raise StudyError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
-    if not isinstance(document, dict):
-        raise StudyError(
-            f"{path}: a study file has keys with values, such as 'study: mine', got "
-            f"{shown(document)}"
-        )
-    return document
+    return str(loaded(path, text_of(path)).get("study", ""))
 
 
 def _line(document: Any, location: Location) -> int:
@@ -114,12 +86,6 @@ def spell_location(location: Location) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def shown(written: object) -> str:
-    """Format a value as in the file, shortened if it is long."""
-    text = repr(written)
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
-
-
 def _in_words(error: ErrorDetails) -> Iterator[Mistake]:
     """Convert an error of pydantic to mistakes in plain words, with their places."""
     location: Location = tuple(step for step in error["loc"] if step != "[key]")
@@ -135,6 +101,8 @@ def _in_words(error: ErrorDetails) -> Iterator[Mistake]:
         case "string_pattern_mismatch" | "invalid_key":
             name = last if above else error["input"]
             yield location, f"{shown(name)} is not allowed; allowed: {NAME_ALLOWED}"
+        case "string_type" if isinstance(error["input"], int | float | date):
+            yield location, f"{error['input']} is a number or a date; put a text in quotes"
         case "value_error":
             yield location, str(error["ctx"]["error"])
         case _:

@@ -1,13 +1,20 @@
 """Common base of the sections of a study file."""
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 # Place of a mistake in a section, and its message.
 Mistake: TypeAlias = tuple[tuple[str | int, ...], str]
-Count = Annotated[int, Field(strict=True, ge=1)]
+
+
+def _whole(written: Any) -> Any:
+    """Return a number such as 1e7 as the whole number that it is."""
+    return int(written) if isinstance(written, float) and written.is_integer() else written
+
+
+Count = Annotated[int, Field(strict=True, ge=1), BeforeValidator(_whole)]
 Name = Annotated[str, Field(pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,99}$")]
 NAME_ALLOWED = "a name of at most 100 letters, digits, _ and -"
 

@@ -27,12 +27,12 @@ FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "frag
 
 
 def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
-    """Open a table without reading its rows; refuse one that was not made from `study_part`."""
+    """Open a table without reading its rows; with `study_part`, refuse one that is not current."""
     # Imported here, as it imports pandas, which takes time.
     from pyarrow import dataset
 
     if study_part is not None:
-        store.need_study(path, study_part)
+        store.need_current(path, study_part)
     schema = schema.with_metadata(store.opened(path, schema).schema_arrow.metadata)
     options = dataset.ParquetFragmentScanOptions(page_checksum_verification=True, pre_buffer=False)
     format = dataset.ParquetFileFormat(default_fragment_scan_options=options)
@@ -41,7 +41,7 @@ def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -
 
 
 def opened_tables(paths: Mapping[str, Any], study_parts: Mapping[str, str]) -> dict[str, Readable]:
-    """Open the tables of a study by name, and refuse tables of another study file."""
+    """Open the tables of a study by name, and refuse tables that are not current."""
     return {
         name: opened(path, TABLES[name], study_parts[name])
         for name, path in paths.items()

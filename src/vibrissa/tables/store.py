@@ -1,5 +1,11 @@
-"""Writing and reading of all table files, which include their provenance."""
+"""Writing and reading of all table files, which include their provenance.
 
+A table's metadata name what made it: the code (`vibrissa.provenance.code_of`), its commit, and the
+part of the study file that determines it. A table is outdated if the code or the part differ from
+those of now. Beside each table is its checksum, in a file for the command ``sha256sum -c``.
+"""
+
+import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,12 +16,14 @@ import pyarrow.parquet as pq
 from vibrissa import __version__
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.files import write_atomically
-from vibrissa.provenance import commit
+from vibrissa.provenance import code_of, commit
 
 TABLE, VERSION, STUDY = "vibrissa.table", "vibrissa.schema", "vibrissa.study"
-PROGRAM, COMMIT = "vibrissa.version", "vibrissa.commit"
+PROGRAM, COMMIT, CODE = "vibrissa.version", "vibrissa.commit", "vibrissa.code"
 # Rows of a row group, the unit in which files are written and read: some 7 MB in memory.
 ROW_GROUP = 2**14
+# First words of the reason why a table of another study file is outdated.
+OTHER_STUDY = "was made from another study file"
 
 
 def write(table: pa.Table, path: str | Path, study_part: str = "") -> None:
@@ -27,14 +35,29 @@ def write_batches(
     batches: Iterable[pa.Table], schema: pa.Schema, path: str | Path, study_part: str = ""
 ) -> None:
     """Write a table atomically, batch by batch, with its provenance."""
-    added = {PROGRAM: __version__, COMMIT: commit(), STUDY: study_part}
+    code = code_of(schema.metadata[TABLE.encode()].decode())
+    added = {PROGRAM: __version__, COMMIT: commit(), CODE: code, STUDY: study_part}
     schema = schema.with_metadata({**schema.metadata, **added})
+    # Removed first: a kill between the two files must not leave the checksum of the former table.
+    checksum_file(path).unlink(missing_ok=True)
     with (
         write_atomically(Path(path)) as temporary,
         pq.ParquetWriter(temporary, schema, write_page_checksum=True) as writer,
     ):
         for group in _regrouped(batches, ROW_GROUP):
             writer.write_table(group.replace_schema_metadata(schema.metadata).combine_chunks())
+    with write_atomically(checksum_file(path)) as temporary:
+        temporary.write_text(f"{_checksum(path)}  {Path(path).name}\n", encoding="utf-8")
+
+
+def checksum_file(path: str | Path) -> Path:
+    """Path of the file with the checksum of a table."""
+    return Path(path).with_suffix(".sha256")
+
+
+def _checksum(path: str | Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _regrouped(batches: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
@@ -55,6 +78,8 @@ def reading(path: str | Path) -> Iterator[None]:
     """Turn errors of reading a file into `TableError`, or `DamagedTableError` if it is damaged."""
     try:
         yield
+    except FileNotFoundError:
+        raise TableError(f"No such file: {path}") from None
     except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
         # Only an error of the operating system has an errno: the file itself may be sound.
         if getattr(error, "errno", None):
@@ -113,16 +138,52 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
     return table.cast(schema.with_metadata(file.schema_arrow.metadata))
 
 
-def need_study(path: str | Path, study_part: str, remedy: str = DamagedTableError.REMEDY) -> None:
-    """Check that a table was made from this part of a study file.
+def need_current(path: str | Path, study_part: str) -> None:
+    """Check that a table is the one that this code makes from this part of a study file.
 
     Raises
     ------
     DamagedTableError
-        If it was made from another study file.
+        If it was made by other code or from another study file, or was changed afterwards.
     """
-    found = metadata(path).get(STUDY, "")
-    if found != study_part:
-        others = [line for line in found.splitlines() if line not in study_part.splitlines()]
-        has = f"the line '{others[0].strip()}'" if others else "fewer entries"
-        raise DamagedTableError(path, f"was made from another study file, which has {has}", remedy)
+    if reason := why_outdated(path, study_part):
+        raise DamagedTableError(path, reason)
+
+
+def why_outdated(path: str | Path, study_part: str) -> str:
+    """Return why a table is not one that this code makes from this study file; empty if it is.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read.
+    """
+    made = metadata(path)
+    return _other_study(made, study_part) or _other_code(made) or _changed(path)
+
+
+def _other_study(made: Mapping[str, str], study_part: str) -> str:
+    found = made.get(STUDY, "")
+    if found == study_part:
+        return ""
+    others = [line for line in found.splitlines() if line not in study_part.splitlines()]
+    has = f"the line '{others[0].strip()}'" if others else "fewer entries"
+    return f"{OTHER_STUDY}, which has {has}"
+
+
+def _other_code(made: Mapping[str, str]) -> str:
+    found, current = made.get(CODE, ""), code_of(made.get(TABLE, ""))
+    if found == current:
+        return ""
+    parts = zip(found.split(", "), current.split(", "), strict=False)
+    changes = [f"{was} (now {now})" for was, now in parts if was != now]
+    return f"was made by other code: {', '.join(changes) or 'unknown'}"
+
+
+def _changed(path: str | Path) -> str:
+    """Return that the file is not the one that was written, by its checksum where it has one."""
+    try:
+        checksum = checksum_file(path).read_text(encoding="utf-8", errors="replace").split()
+    except FileNotFoundError:
+        return ""
+    return "" if checksum[:1] == [_checksum(path)] else "does not have its checksum"

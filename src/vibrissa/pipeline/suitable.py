@@ -1,0 +1,49 @@
+"""Check, before Snakemake starts, that a run is possible here."""
+
+import os
+import re
+import shutil
+from contextlib import suppress
+from itertools import pairwise
+from pathlib import Path
+
+from vibrissa.errors import StudyError
+from vibrissa.study.yaml12 import loaded, text_of
+
+DIRECTORY = ("--directory", "-d")
+DRY_RUN = ("--dry-run", "--dryrun", "-n")
+PROFILE = ("--workflow-profile", "--profile")
+
+
+def unsuitable(arguments: list[str]) -> str:
+    """Return what prevents a run with these arguments here, and what to type; or nothing."""
+    if not os.access(".", os.W_OK) and not set(DIRECTORY) & set(arguments):
+        return (
+            f"error: {Path.cwd()} cannot be written, and results go there. Name another folder: "
+            "python -m vibrissa.pipeline --directory FOLDER"
+        )
+    if _executor(arguments) == "slurm" and not shutil.which("sbatch"):
+        if not set(DRY_RUN) & set(arguments):
+            return (
+                "error: there is no SLURM on this machine (no command sbatch). Run the command on "
+                "the login node of a cluster, or without PROFILE on this machine"
+            )
+    for option, value in pairwise(arguments):
+        if option == "--configfile" and Path(value).is_file():
+            # Snakemake, which reads it first, would name neither the file nor the line.
+            try:
+                loaded(Path(value), text_of(Path(value)))
+            except StudyError as error:
+                return str(error)
+    return ""
+
+
+def _executor(arguments: list[str]) -> str:
+    """Return the executor that the last profile names; empty for jobs on this machine."""
+    profiles = [value for option, value in pairwise(arguments) if option in PROFILE]
+    for profile in reversed(profiles):
+        with suppress(OSError):
+            text = Path(profile, "config.yaml").read_text(encoding="utf-8")
+            if found := re.search(r"^executor: *(\S+)", text, re.M):
+                return found[1]
+    return ""
