@@ -18,7 +18,6 @@ from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.forward import SetUp, set_ups
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.response.heights import HIGHEST, LOWEST
 from vibrissa.sensor.whisker import Whisker
 
 # Number of Gauss-Newton steps by which u is fitted: at first, and from a similar set-up.
@@ -315,12 +314,9 @@ def _better(fit: Fit) -> Fit | None:
 
 def _bounds(fit: Fit) -> FloatArray:
     """Least and largest allowed p/σ, shape (2, f)."""
-    given, number = fit.set_up.given, fit.task.number
-    low, high = np.full(len(fit.p), -np.inf), np.full(len(fit.p), np.inf)
-    low[number["theta"]] = 1.0 - given.theta
-    low[number["eta"]], high[number["eta"]] = LOWEST - given.eta, HIGHEST - given.eta
-    low[number["clamp_compliance"]] = -given.mounting.clamp_compliance
+    low, high = np.array([(one.low, one.high) for one in fit.task.parameters]).T
     if fit.set_up.heights.x0_touch <= fit.u.max():
         # A rod that is curved towards the surface arches over it before its tip is level.
-        high[number["curvature"]] = max(0.0, -given.mounting.coefficients[0])
+        curvature, given = fit.task.number["curvature"], fit.set_up.given.mounting.coefficients[0]
+        high[curvature] = min(high[curvature], max(0.0, -given))
     return np.asarray(np.stack([low, high])[:, fit.free] / fit.sigma[fit.free])

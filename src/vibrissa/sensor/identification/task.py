@@ -10,6 +10,7 @@ from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind, Units
 from vibrissa.sensor.identification.blocks import Blocks, condensed
+from vibrissa.sensor.identification.holds import rounding
 from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
 from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips
@@ -157,7 +158,9 @@ def task_of(
     """
     given = _noise(setup, transducer, units)
     scatter = noise_of(recording.readings, recording.clamp) if given is None else given
-    known = _measurable(scatter, recording)
+    # A reading is at least as uncertain as its resolution.
+    rounded, lasts = np.array([rounding(one) for one in recording.readings.T]).T
+    known = _measurable(np.maximum(scatter, rounded), recording)
     assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
         read, known = whisker.tolerances, np.maximum(known, LEAST_FITTED)
@@ -178,9 +181,10 @@ def task_of(
         recording=recording,
         spans=spans,
         row=row,
-        noise=known,
+        # Successive readings that are rounded alike have the same error: their mean is no better.
+        noise=np.hypot(known, rounded * np.sqrt(lasts - 1.0)),
         noise_is_given=given is not None,
-        parameters=parameters_of(sizes, frozenset(stated), full_scale),
+        parameters=parameters_of(sizes, frozenset(stated), full_scale, whisker),
         slope=Slope(deviation=sizes.get(SLOPE, 0.0), length=length),
         units=units,
     )
