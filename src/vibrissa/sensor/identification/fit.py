@@ -34,6 +34,51 @@ UNLIKELY, MOST_ALONE = 1e-9, 0.5
 MOST_HEIGHTS = 500
 
 
+class Unevenness(NamedTuple):
+    """Test of the heights of the surface against the tolerance of its slope.
+
+    Attributes
+    ----------
+    chi2 : float
+        χ² of the heights, for the allowed slope.
+    number : int
+        Number of heights.
+    chance : float
+        Probability of heights that rise and fall as much, or more, if the slope is as allowed.
+    """
+
+    chi2: float
+    number: int
+    chance: float
+
+
+def unevenness_of(height: FloatArray, surface: FloatArray, error: FloatArray) -> Unevenness:
+    """Test n heights h, with the covariance K due to the surface, and V due to errors.
+
+    With W = K + V the locally most powerful test of a larger K is that of hᵀ·W⁻¹·K·W⁻¹·h. It is a
+    sum of squares of normal numbers with weights, whose distribution is taken as that of a multiple
+    of χ² with the same mean and variance (Satterthwaite, 1946). Heights that scatter from place to
+    place are found by χ² of h for the covariance W. The smaller of both chances counts, twice.
+
+    Parameters
+    ----------
+    height : ndarray, shape (n,)
+    surface : ndarray, shape (n, n)
+        K (L²).
+    error : ndarray, shape (n,)
+        Diagonal of V (L²).
+    """
+    root = np.linalg.cholesky(surface + np.diag(error))
+    scaled = np.linalg.solve(root, height)
+    part = np.linalg.solve(root, np.linalg.solve(root, surface).T)
+    mean, square = float(np.trace(part)), float((part**2).sum())
+    rise = float(scaled @ part @ scaled)
+    smooth = float(chdtrc(mean**2 / square, rise * mean / square))
+    rough = float(chdtrc(len(height), scaled @ scaled))
+    chance = min(1.0, 2.0 * min(smooth, rough))
+    return Unevenness(chi2=float(scaled @ scaled), number=len(height), chance=chance)
+
+
 class Changes(NamedTuple):
     """Derivatives of readings, u and μ0 with respect to k parameters of the set-up.
 
@@ -223,24 +268,22 @@ class Fit:
         return np.asarray(self.squares - height**2 / variance)
 
     @cached_property
-    def unevenness(self) -> tuple[float, int]:
-        """χ² of the surface's heights, for the allowed slope, and the number of these heights.
+    def unevenness(self) -> Unevenness:
+        """Test the surface's heights at the contact points of fitted periods.
 
-        These are the heights at the contact points of fitted periods. If there are more
-        than `MOST_HEIGHTS`, evenly spaced ones are selected.
+        If there are more than `MOST_HEIGHTS`, evenly spaced ones are selected.
         """
         if not self.task.slope.deviation:
-            return 0.0, 0
+            return Unevenness(chi2=0.0, number=0, chance=1.0)
         kept = np.flatnonzero(self.kept)
         some = kept[:: -(-len(kept) // MOST_HEIGHTS)]
         height, variance = (one[some] for one in self.heights_of_tips)
-        allowed = self.task.slope.heights(self.task.ends.clamp[some]) + np.diag(variance)
-        return float(height @ np.linalg.solve(allowed, height)), len(some)
+        return unevenness_of(height, self.task.slope.heights(self.task.ends.clamp[some]), variance)
 
     @property
     def misfit(self) -> float:
         """Sum of `misfits` of the fitted periods, χ² of the surface's heights, and Σ (p/σ)²."""
-        heights, _ = self.unevenness
+        heights = self.unevenness.chi2
         return float(self.misfits[self.kept].sum() + heights + (self.scores**2).sum())
 
     @cached_property

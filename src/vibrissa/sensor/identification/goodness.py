@@ -116,13 +116,12 @@ class Goodness:
     @classmethod
     def of(cls, fit: Fit) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
-        heights, number = fit.unevenness
         readings = len(fit.task.recording) * len(fit.task.used)
         return cls(
-            chi2=fit.misfit - heights,
+            chi2=fit.misfit - fit.unevenness.chi2,
             degrees=fit.degrees,
             noise_degrees=np.inf if fit.task.noise_is_given else PER_READING * readings,
-            uneven=number > 0 and chdtrc(number, heights) < LEVEL,
+            uneven=fit.unevenness.chance < LEVEL,
         )
 
     @property
@@ -193,7 +192,7 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
         size[free] = fit.p[free] / part
         deviation[free] = fit.sigma[free] * np.sqrt(left / part)
         fall[free] = named[free] * fit.scores**2 / part
-    degrees = fit.degrees + fit.unevenness[1]
+    degrees = fit.degrees + fit.unevenness.number
     excess = float((fit.scores**2).sum()) if fits else fit.misfit - degrees
     if excess <= 0.0:
         return ()  # nothing to explain
