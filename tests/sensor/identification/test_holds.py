@@ -122,6 +122,7 @@ def test_a_reading_is_at_least_as_uncertain_as_its_resolution(fine, steps, noise
     known = found.periods.status == "slip"
     true = truth.mu0[found.periods.last[known]].mean()
     assert found.goodness.fits and not summary.wrong
+    assert sum("coarser than its noise" in note for note in found.periods.notes) == 3
     assert summary.mean == pytest.approx(true, abs=4.0 * summary.deviation)
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from vibrissa.errors import ArgumentError, RecordingError
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind, Units
 from vibrissa.sensor.identification.blocks import Blocks, condensed
 from vibrissa.sensor.identification.holds import rounding
@@ -161,6 +161,7 @@ def task_of(
     # A reading is at least as uncertain as its resolution.
     rounded, lasts = np.array([rounding(one) for one in recording.readings.T]).T
     known = _measurable(np.maximum(scatter, rounded), recording)
+    recording = recording.noted(*_coarse(rounded > scatter, rounded, units))
     assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
         read, known = whisker.tolerances, np.maximum(known, LEAST_FITTED)
@@ -211,6 +212,19 @@ def _tared(
         "the zeros of the channels are the means of their readings without load"
     )
     return recording, {ZEROS[i]: float(np.sqrt(variance[i])) for i in own}
+
+
+def _coarse(coarse: BoolArray, rounded: FloatArray, units: Units) -> Iterator[str]:
+    """Write a note on each channel whose resolution is coarser than its noise."""
+    for i in np.flatnonzero(coarse):
+        step, error = (
+            units.spelled(size, CHANNEL_KINDS[i], 2)
+            for size in (np.sqrt(12.0) * rounded[i], rounded[i])
+        )
+        yield (
+            f"{CHANNELS[i]} has a resolution of {step}, coarser than its noise: a reading is taken "
+            f"as uncertain by {error}"
+        )
 
 
 def _noise(setup: Setup, transducer: Transducer | None, units: Units) -> FloatArray | None:
