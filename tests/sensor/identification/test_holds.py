@@ -53,7 +53,7 @@ def test_the_resolution_is_the_step_of_the_values():
     # A step of 0.0244 that is printed with three decimals.
     printed = np.round(np.round(values / 0.0244) * 0.0244, 3)
     assert resolution(printed) == pytest.approx(0.0244, rel=0.05)
-    deviation, rows = rounding(np.repeat([0.0, 1.0, 2.0], 5))
+    deviation, rows = rounding(np.repeat(np.arange(20.0), 5))
     assert deviation == pytest.approx(1.0 / np.sqrt(12.0)) and rows == 5.0
     assert resolution(np.ones(5)) == 0.0
 

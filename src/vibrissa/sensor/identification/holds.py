@@ -11,8 +11,8 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 
-# Readings are repeated if more than this part of the rows repeats the row before.
-REPEATED = 0.3
+# Readings are repeated if half of the readings stay for more than this number of rows.
+REPEATED = 1.4
 # In rows with a new reading, nearly all channels change. With a coarse resolution they change
 # independently: of two channels that repeat so often, at most 65 % change in such a row.
 TOGETHER = 0.75
@@ -22,10 +22,10 @@ ONE_STEP = 0.5
 MOVES_ON = 0.5
 # A hold that is longer than this many usual holds is a rest of the clamp.
 REST = 2.0
-# Least number of holds from which it is judged whether the clamp moves in them.
+# Least number of holds, and of changes of a value, from which anything is concluded.
 FEWEST = 8
-# Values have a coarse resolution if fewer than this part of them are distinct.
-MOST_DISTINCT = 0.5
+# Values have a coarse resolution if more than this part of them repeats the value before.
+OFTEN = 0.2
 
 
 def fresh_rows(readings: FloatArray) -> BoolArray:
@@ -44,14 +44,16 @@ def fresh_rows(readings: FloatArray) -> BoolArray:
     changes = changes[:, changes.any(axis=0)]
     new = changes[changes.any(axis=1)]
     every = np.ones(len(readings), dtype=bool)
-    if not len(new) or len(new) > (1.0 - REPEATED) * len(changes):
+    fresh = np.append(True, changes.any(axis=1))
+    # A few long runs, as of readings at rest, are not repeated by the recorder.
+    if len(new) < FEWEST or np.median(np.diff(np.flatnonzero(fresh))) < REPEATED:
         return every
     if new.shape[1] > 1:
         held = np.mean(new != 0.0) > TOGETHER
     else:
         size = np.abs(new)
         held = np.mean(size < 1.5 * size.min()) <= ONE_STEP
-    return np.append(True, changes.any(axis=1)) if held else every
+    return fresh if held else every
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -139,8 +141,10 @@ def rounding(values: FloatArray) -> tuple[float, float]:
 def resolution(values: FloatArray) -> float:
     """Estimate the step of the values: the usual gap between distinct values; 0 without a step.
 
-    Values have a step if most of them occur more than once.
+    Values have a step if successive values are often equal, and often not.
     """
     distinct = np.unique(values)
-    repeated = len(distinct) < MOST_DISTINCT * len(values)
-    return float(np.median(np.diff(distinct))) if repeated and len(distinct) > 1 else 0.0
+    same = np.diff(values) == 0.0
+    if np.count_nonzero(~same) < FEWEST or np.mean(same) <= OFTEN:
+        return 0.0
+    return float(np.median(np.diff(distinct)))

@@ -117,7 +117,12 @@ class FrictionSummary:
         elif self.doubtful:
             yield f"{counted(self.doubtful, 'period')} in doubt: see the column doubt of the table"
         if self.variation:
-            yield f"mu0 differs from place to place by ± {self.variation:.2g}"
+            # No reading distinguishes friction from the slope of the surface.
+            slope = np.rad2deg(self.variation / (1.0 + self.mean**2))
+            yield (
+                f"mu0 differs from place to place by ± {self.variation:.2g}, or the slope of the "
+                f"surface by ± {slope:.2g} deg more than surface_slope"
+            )
 
     @property
     def _of(self) -> str:
