@@ -24,8 +24,12 @@ MOVES_ON = 0.5
 REST = 2.0
 # Least number of holds, and of changes of a value, from which anything is concluded.
 FEWEST = 8
-# Values have a coarse resolution if more than this part of them repeats the value before.
-OFTEN = 0.2
+# Part of successive values that are equal, or differ by more than a step, if there is a step.
+OFTEN = 0.15
+# Part of a step, and of the range of the values, that is rounding.
+OF_STEP, OF_RANGE = 1e-2, 1e-12
+# Largest part of the values that are distinct if each step occurs again and again.
+MOST_DISTINCT = 0.5
 
 
 def fresh_rows(readings: FloatArray) -> BoolArray:
@@ -139,12 +143,23 @@ def rounding(values: FloatArray) -> tuple[float, float]:
 
 
 def resolution(values: FloatArray) -> float:
-    """Estimate the step of the values: the usual gap between distinct values; 0 without a step.
+    """Estimate the step of which the values are multiples; 0 if there is none.
 
-    Values have a step if successive values are often equal, and often not.
+    The values of an ideal ramp are no evidence: successive values must often be equal, or differ by
+    more than a step.
     """
     distinct = np.unique(values)
-    same = np.diff(values) == 0.0
-    if np.count_nonzero(~same) < FEWEST or np.mean(same) <= OFTEN:
+    gaps = np.diff(distinct)
+    gaps = gaps[gaps > OF_RANGE * np.ptp(values)]
+    if len(gaps) < FEWEST:
         return 0.0
-    return float(np.median(np.diff(distinct)))
+    steps = (distinct - distinct[0]) / gaps.min()
+    # A step that is printed with few digits is known by values that occur again and again.
+    if np.abs(steps - np.round(steps)).max() < OF_STEP:
+        step = float(gaps.min())
+    elif len(distinct) < MOST_DISTINCT * len(values):
+        step = float(np.median(gaps))
+    else:
+        return 0.0
+    ways = np.abs(np.diff(values)) / step
+    return step if np.mean(ways < 0.5) > OFTEN or np.mean(ways > 1.5) > OFTEN else 0.0
