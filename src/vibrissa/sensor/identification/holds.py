@@ -24,8 +24,8 @@ MOVES_ON = 0.5
 REST = 2.0
 # Least number of holds, and of changes of a value, from which anything is concluded.
 FEWEST = 8
-# Part of successive values that are equal, or differ by more than a step, if there is a step.
-OFTEN = 0.15
+# Least part of successive values that are equal, or differ by more than a step.
+OFTEN = 0.1
 # Part of a step, and of the range of the values, that is rounding.
 OF_STEP, OF_RANGE = 1e-2, 1e-12
 # Largest part of the values that are distinct if each step occurs again and again.
@@ -162,4 +162,4 @@ def resolution(values: FloatArray) -> float:
     else:
         return 0.0
     ways = np.abs(np.diff(values)) / step
-    return step if np.mean(ways < 0.5) > OFTEN or np.mean(ways > 1.5) > OFTEN else 0.0
+    return step if np.mean(np.abs(ways - 1.0) > 0.5) > OFTEN else 0.0
