@@ -6,7 +6,7 @@ surface and fn normal to it. The transducer's axes are those of the stage. Quant
 of `bench_rod`.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -16,6 +16,10 @@ from validation.sensor.bench_rod import Rod, States
 
 # Number of stage steps that are searched at once for the end of a period.
 AHEAD = 100
+# Place near the first contact, at which waves of the slope do not change the height (L).
+FIRST = 0.5
+# Number of places at which the heights of the surface are known; margin of the table of states (L).
+PLACES, LEAST = 1001, 1e-5
 
 
 class Slip(StrEnum):
@@ -58,8 +62,8 @@ class Bench:
         Distance of the clamp from the surface, along its normal, at the start (L).
     incline : float
         Inclination of the surface (rad).
-    slope, slope_length, slope_phase : float
-        Amplitude (rad), length (L) and phase (rad) of a wave of the slope about this inclination.
+    slope, slope_length, slope_phase : float or ndarray, shape (w,)
+        Amplitude (rad), length (L) and phase (rad) of waves of the slope about this inclination.
     friction : Friction
     slip : Slip
     kinetic_ratio : float
@@ -83,9 +87,9 @@ class Bench:
     rod: Rod = field(default_factory=Rod)
     eta: float = 0.85
     incline: float = 0.0
-    slope: float = 0.0
-    slope_length: float = 0.3
-    slope_phase: float = 0.0
+    slope: np.ndarray | float = 0.0
+    slope_length: np.ndarray | float = 0.3
+    slope_phase: np.ndarray | float = 0.0
     friction: Friction = field(default_factory=Friction)
     slip: Slip = Slip.KINETIC
     kinetic_ratio: float = 0.8
@@ -149,21 +153,23 @@ class _Surface:
     """The surface, and the forces on a tip in contact with it."""
 
     bench: Bench
-    states: States
+    states: States | None = None
 
     def height(self, x):
         """Height of the surface above the path of the clamp, at x (L)."""
         incline = self.bench.incline
-        wave = self.bench.slope * self.bench.slope_length / (2.0 * np.pi)
+        wave = np.atleast_1d(self.bench.slope) * self.bench.slope_length / (2.0 * np.pi)
         line = (self.bench.eta - x * np.sin(incline)) / np.cos(incline)
-        return line + wave * np.cos(self._phase(x))
+        return line + (np.cos(self._phase(x)) - np.cos(self._phase(FIRST))) @ wave
 
     def _phase(self, x):
-        return 2.0 * np.pi * x / self.bench.slope_length + self.bench.slope_phase
+        """Phases of the waves at x, shape (..., w)."""
+        length = np.atleast_1d(self.bench.slope_length)
+        return 2.0 * np.pi * np.asarray(x)[..., None] / length + self.bench.slope_phase
 
     def inclination(self, x):
         """Inclination of the surface at x (rad)."""
-        return self.bench.incline + self.bench.slope * np.sin(self._phase(x))
+        return self.bench.incline + np.sin(self._phase(x)) @ np.atleast_1d(self.bench.slope)
 
     def place(self, x):
         """Position along the surface of its point at x (L)."""
@@ -233,12 +239,10 @@ def scan(bench, step, turns, noise, seed):
     """
     reported = _positions(step, turns)
     stage = reported * (1.0 + bench.scale)
-    heights = bench.eta / np.cos(bench.incline) - np.tan(bench.incline) * np.array(
-        [stage.min() + 0.2, stage.max() + 0.6]
-    )
-    wave = abs(bench.slope) * bench.slope_length / (2.0 * np.pi)
-    states = States.tabulated(bench.rod, heights.min() - wave, heights.max() + wave)
-    surface = _Surface(bench=bench, states=states)
+    surface = _Surface(bench=bench)
+    heights = surface.height(np.linspace(stage.min() + 0.2, stage.max() + 0.6, PLACES))
+    states = States.tabulated(bench.rod, heights.min() - LEAST, heights.max() + LEAST)
+    surface = replace(surface, states=states)
     tip, period = _stuck(surface, stage)
     generator, size = np.random.default_rng(seed), len(stage)
     softer = 1.0 - bench.creep * np.log10(1.0 + np.arange(size))

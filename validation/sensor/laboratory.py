@@ -36,7 +36,7 @@ from validation.sensor.mistakes import (
 )
 from vibrissa.errors import VibrissaError
 from vibrissa.quantities.units import Kind
-from vibrissa.sensor import Method, PeriodStatus, Setup, identify
+from vibrissa.sensor import Grade, Method, PeriodStatus, Setup, identify
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances
 
 NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS
@@ -186,6 +186,8 @@ class Score:
         Share of the stated variance that is common to all periods.
     periods : int
         Number of friction values.
+    score : float
+        Error of the mean friction, in its standard deviations.
     """
 
     read: bool
@@ -195,6 +197,7 @@ class Score:
     covered: float = np.nan
     shared: float = np.nan
     periods: int = 0
+    score: float = np.nan
 
     @property
     def accepted(self):
@@ -268,14 +271,17 @@ def read(frame, row, said, method):
 def scored(frame, truth, row, said, method):
     """Identify the friction of a recording and compare it with the truth."""
     try:
-        periods = read(frame, row, said, method).periods
+        found = read(frame, row, said, method)
     except VibrissaError:
         return Score(read=False)
+    periods, summary = found.periods, found.summary()
     known = periods.status == PeriodStatus.SLIP
     if not known.any():
         return Score(read=False)
     mu0 = truth.mu0[periods.last[known]]
     low, high = periods.low[known], periods.high[known]
+    used = known & (periods.grade != Grade.WRONG) if not summary.wrong else known
+    error = summary.mean - truth.mu0[periods.last[used]].mean()
     grave = np.isin(periods.grade[known], ["doubtful", "wrong"])
     return Score(
         read=True,
@@ -285,6 +291,7 @@ def scored(frame, truth, row, said, method):
         covered=float(np.mean((low <= mu0) & (mu0 <= high))),
         shared=float(np.mean(periods.common[known] ** 2 / periods.deviation[known] ** 2)),
         periods=int(known.sum()),
+        score=float(error / summary.deviation),
     )
 
 

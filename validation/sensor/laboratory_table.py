@@ -17,6 +17,8 @@ from validation.sensor.laboratory import ROWS, Said, sign_of
 
 # Stated coverage, and bounds of the observed coverage.
 STATED, LOW, HIGH = 0.95, 0.93, 0.99
+# Half the width of an interval with the stated coverage, in standard deviations.
+HALF_WIDTH = 1.96
 # Deviation from these bounds that is allowed, in standard errors.
 ERRORS = 2.0
 # Share of recordings that may be silently wrong or, with the right tolerances, not accepted.
@@ -185,5 +187,26 @@ def _pooled(lines, method):
     )
     return (
         f"- `{method}`: {100.0 * covered:.1f} ± {100.0 * error:.1f} % of the intervals hold the "
-        f"truth with the right tolerances; silently wrong: {silent}."
+        f"truth with the right tolerances; silently wrong: {silent}. {_means(lines, method)}"
+    )
+
+
+def _means(lines, method):
+    """Say how often the mean is in its interval if all errors are drawn, and what is doubted."""
+    drawn = [
+        one
+        for (number, own), ways in lines.items()
+        if own == method and ROWS[number].all_at_once
+        for one in ways[Said.NOTHING].values()
+    ]
+    scores = np.array([one.score for one in drawn if one.read])
+    if not len(scores):
+        return ""
+    inside = np.mean(np.abs(scores) < HALF_WIDTH)
+    error = np.sqrt(STATED * (1.0 - STATED) / len(scores))
+    doubted = sum(not one.accepted for one in drawn)
+    return (
+        f"All errors drawn: the mean is in its interval in {100.0 * inside:.1f} ± "
+        f"{100.0 * error:.1f} % of {len(scores)} recordings, its errors have the root mean square "
+        f"{np.sqrt(np.mean(scores**2)):.2f} in standard deviations; {doubted} are doubted."
     )

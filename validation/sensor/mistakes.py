@@ -19,6 +19,8 @@ _STIFFNESS = MODULUS * np.pi * DIAMETER**4 / 64.0
 UNITS = np.array([_STIFFNESS / LENGTH**2, _STIFFNESS / LENGTH**2, _STIFFNESS / LENGTH])
 # Largest loads of a scan, to which crosstalk is relative.
 FULL_SCALE = np.array([0.6, 1.9, 0.48])
+# Correlation length of the slope of a surface (L), and number of waves that make a random slope.
+SLOPE_LENGTH, WAVES = 0.05, 40
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +102,21 @@ def _wavy(bench, sizes):
     return replace(bench, slope=np.sqrt(2.0) * size, slope_phase=bench.friction.phase + 1.0)
 
 
+def random_slope(bench, deviation, generator):
+    """Make the surface's slope random, with the covariance that the tolerance assumes.
+
+    Waves with random phases, and wave numbers from the spectrum of the covariance
+    exp(−d²/(2ℓ²)), add up to a Gaussian process.
+    """
+    numbers = np.abs(generator.normal(0.0, 1.0 / SLOPE_LENGTH, WAVES))
+    return replace(
+        bench,
+        slope=np.full(WAVES, deviation * np.sqrt(2.0 / WAVES)),
+        slope_length=2.0 * np.pi / numbers,
+        slope_phase=generator.uniform(0.0, 2.0 * np.pi, WAVES),
+    )
+
+
 def _longer(bench, sizes):
     """Make the rod longer: the bench has the units of the true rod, readings those stated."""
     ratio = 1.0 + float(sizes[0])
@@ -156,7 +173,12 @@ def bench_of(seed):
 
 
 def everything(bench, deviations: Mapping[str, float], generator):
-    """Return the bench with all errors at once, each drawn with its standard deviation."""
+    """Return the bench with all errors at once, each drawn with its standard deviation.
+
+    The slope is random along the surface.
+    """
+    deviations = dict(deviations)
+    bench = random_slope(bench, deviations.pop("surface_slope", 0.0), generator)
     # The length comes last: it changes the units, and thereby rescales all other values.
     for name in sorted(deviations, key=lambda name: name == "length"):
         bench = MISTAKES[name].drawn(bench, deviations[name], generator)

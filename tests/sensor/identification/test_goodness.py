@@ -13,7 +13,7 @@ from vibrissa import Mounting
 from vibrissa.errors import MixedColumnsError
 from vibrissa.scanning.stage import path
 from vibrissa.sensor import Whisker
-from vibrissa.sensor.identification.goodness import Goodness
+from vibrissa.sensor.identification.goodness import Goodness, most_surprise
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
 TURNS = ["0.6"]
@@ -190,3 +190,23 @@ def test_sizes_are_said_in_the_units_of_the_rod(response):
     angle = replace(cause.parameter, of="clamp_angle")
     turned = replace(cause, parameter=angle, size=-np.pi / 180, deviation=1e-4)
     assert "smaller by 1 ± 0.006 deg" in turned.spelled(whisker.units)
+
+
+def test_the_largest_of_many_surprises_has_the_same_level_as_one():
+    assert most_surprise(1) == pytest.approx(stats.norm.isf(5e-4))
+    for number in (1, 5, 25):
+        chance = 1.0 - stats.chi2.cdf(most_surprise(number) ** 2, 1) ** number
+        assert chance == pytest.approx(1e-3, rel=1e-2)
+    assert most_surprise(25) == pytest.approx(4.1, abs=0.05)
+
+
+@pytest.mark.slow
+def test_a_zero_that_is_off_by_far_is_named_however_tight_its_tolerance(response):
+    recording = recorded(response)
+    wrong_zero = replace(recording, readings=recording.readings + np.array([0.0, 0.06, 0.0]))
+    for size in (1e-3, 1e-4, 1e-5):
+        tolerances = {f"zero_{name}": size for name in ("force_x", "force_y")}
+        found = identified(GIVEN, wrong_zero, noise=NOISE, tolerances=tolerances, assume=False)
+        cause = found.causes[0]
+        assert cause.parameter.name == "zero_force_y" and cause.explained > 0.9
+        assert cause.size == pytest.approx(0.06, rel=0.2)

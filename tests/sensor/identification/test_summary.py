@@ -29,7 +29,7 @@ def summary_of(periods, setting):
 def setting_of(covariance, *names):
     """Errors with a covariance, each of a tolerance."""
     parameters = [Parameter(name=name, of=name, deviation=1.0) for name in names]
-    estimates = (Estimate(parameter=one, size=0.0, deviation=1.0) for one in parameters)
+    estimates = (Estimate(parameter=one, size=0.0, deviation=1.0, most=4.0) for one in parameters)
     return replace(NONE, estimates=tuple(estimates), covariance=np.array(covariance))
 
 

@@ -16,7 +16,6 @@ from scipy.special import chdtrc
 
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.scanning.heights import HIGHEST, LOWEST
 from vibrissa.sensor.identification.forward import SetUp, set_ups
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.whisker import Whisker
@@ -33,6 +32,51 @@ UNLIKELY, MOST_ALONE = 1e-9, 0.5
 
 # Largest number of tips whose heights are compared.
 MOST_HEIGHTS = 500
+
+
+class Unevenness(NamedTuple):
+    """Test of the heights of the surface against the tolerance of its slope.
+
+    Attributes
+    ----------
+    chi2 : float
+        χ² of the heights, for the allowed slope.
+    number : int
+        Number of heights.
+    chance : float
+        Probability of heights that rise and fall as much, or more, if the slope is as allowed.
+    """
+
+    chi2: float
+    number: int
+    chance: float
+
+
+def unevenness_of(height: FloatArray, surface: FloatArray, error: FloatArray) -> Unevenness:
+    """Test n heights h, with the covariance K due to the surface, and V due to errors.
+
+    With W = K + V the locally most powerful test of a larger K is that of hᵀ·W⁻¹·K·W⁻¹·h. It is a
+    sum of squares of normal numbers with weights, whose distribution is taken as that of a multiple
+    of χ² with the same mean and variance (Satterthwaite, 1946). Heights that scatter from place to
+    place are found by χ² of h for the covariance W. The smaller of both chances counts, twice.
+
+    Parameters
+    ----------
+    height : ndarray, shape (n,)
+    surface : ndarray, shape (n, n)
+        K (L²).
+    error : ndarray, shape (n,)
+        Diagonal of V (L²).
+    """
+    root = np.linalg.cholesky(surface + np.diag(error))
+    scaled = np.linalg.solve(root, height)
+    part = np.linalg.solve(root, np.linalg.solve(root, surface).T)
+    mean, square = float(np.trace(part)), float((part**2).sum())
+    rise = float(scaled @ part @ scaled)
+    smooth = float(chdtrc(mean**2 / square, rise * mean / square))
+    rough = float(chdtrc(len(height), scaled @ scaled))
+    chance = min(1.0, 2.0 * min(smooth, rough))
+    return Unevenness(chi2=float(scaled @ scaled), number=len(height), chance=chance)
 
 
 class Changes(NamedTuple):
@@ -224,24 +268,22 @@ class Fit:
         return np.asarray(self.squares - height**2 / variance)
 
     @cached_property
-    def unevenness(self) -> tuple[float, int]:
-        """χ² of the surface's heights, for the allowed slope, and the number of these heights.
+    def unevenness(self) -> Unevenness:
+        """Test the surface's heights at the contact points of fitted periods.
 
-        These are the heights at the contact points of fitted periods. If there are more
-        than `MOST_HEIGHTS`, evenly spaced ones are selected.
+        If there are more than `MOST_HEIGHTS`, evenly spaced ones are selected.
         """
         if not self.task.slope.deviation:
-            return 0.0, 0
+            return Unevenness(chi2=0.0, number=0, chance=1.0)
         kept = np.flatnonzero(self.kept)
         some = kept[:: -(-len(kept) // MOST_HEIGHTS)]
         height, variance = (one[some] for one in self.heights_of_tips)
-        allowed = self.task.slope.heights(self.task.ends.clamp[some]) + np.diag(variance)
-        return float(height @ np.linalg.solve(allowed, height)), len(some)
+        return unevenness_of(height, self.task.slope.heights(self.task.ends.clamp[some]), variance)
 
     @property
     def misfit(self) -> float:
         """Sum of `misfits` of the fitted periods, χ² of the surface's heights, and Σ (p/σ)²."""
-        heights, _ = self.unevenness
+        heights = self.unevenness.chi2
         return float(self.misfits[self.kept].sum() + heights + (self.scores**2).sum())
 
     @cached_property
@@ -315,12 +357,9 @@ def _better(fit: Fit) -> Fit | None:
 
 def _bounds(fit: Fit) -> FloatArray:
     """Least and largest allowed p/σ, shape (2, f)."""
-    given, number = fit.set_up.given, fit.task.number
-    low, high = np.full(len(fit.p), -np.inf), np.full(len(fit.p), np.inf)
-    low[number["theta"]] = 1.0 - given.theta
-    low[number["eta"]], high[number["eta"]] = LOWEST - given.eta, HIGHEST - given.eta
-    low[number["clamp_compliance"]] = -given.mounting.clamp_compliance
+    low, high = np.array([(one.low, one.high) for one in fit.task.parameters]).T
     if fit.set_up.heights.x0_touch <= fit.u.max():
         # A rod that is curved towards the surface arches over it before its tip is level.
-        high[number["curvature"]] = max(0.0, -given.mounting.coefficients[0])
+        curvature, given = fit.task.number["curvature"], fit.set_up.given.mounting.coefficients[0]
+        high[curvature] = min(high[curvature], max(0.0, -given))
     return np.asarray(np.stack([low, high])[:, fit.free] / fit.sigma[fit.free])

@@ -27,9 +27,6 @@ from vibrissa.sensor.whisker import Whisker
 # Number of heights in each part of the range of heights. Width of the widest part, and margin at
 # the ends of the range, both as parts of the gap 1 − η between the surface and an upright rod.
 FEW, WIDE, ROOM = 4, 0.3, 0.03
-# Steps of finite differences: in units of the parameter; for the height as a part of the gap,
-# downwards, as forces are singular at η = 1.
-STEP, STEP_IN_GAP = 1e-4, 1e-3
 # Number of set-ups whose responses are kept, a few megabytes each.
 KEPT = 8
 
@@ -191,10 +188,7 @@ class SetUp:
         before, friction = self.readings(loads), self.friction(u)[:, 1]
         readings = np.zeros((len(parameters), *before.shape))
         frictions = np.zeros((len(parameters), len(u)))
-        step = np.full(len(parameters), STEP)
-        step[self.task.number["eta"]] = -STEP_IN_GAP * (1.0 - self.given.eta)
-        # A rod that lies on the surface has no neighbour that is curved towards it.
-        step[self.task.number["curvature"]] = -STEP
+        step = np.array([one.step for one in parameters])
         sets = self.p + np.diag(step)
         of_rod = [self.task.number[name] for name in OF_ROD]
         solved = dict(zip(of_rod, set_ups(self.task, self.given, *sets[of_rod]), strict=True))

@@ -5,11 +5,11 @@ the minimised sum would be lower by (p/σ)²/(1 − s²/σ²), to first order. T
 difference is the surprise of the parameter.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc, fdtrc
+from scipy.special import chdtrc, fdtrc, ndtri
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.units import Units
@@ -17,9 +17,8 @@ from vibrissa.sensor.identification.fit import TINY, Fit
 from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.tolerances import told
 
-# Surprise above which an estimate is far from the given value. Least part of a parameter's variance
-# that a recording must remove for a surprise.
-FAR, LITTLE = 3.0, 0.01
+# Least part of a parameter's variance that a recording must remove: less is rounding.
+LITTLE = 1e-9
 # Quantities that are not named as causes: they act like another quantity, or explain any misfit.
 NOT_NAMED = ("diameter", "crosstalk", "drift_force_x", "drift_force_y", "drift_moment_z")
 # Significance level: probability that a recording which fits is called one that does not fit.
@@ -39,11 +38,14 @@ class Estimate:
     ----------
     size, deviation : float
         Excess of the parameter over its given value, and the standard deviation of the excess.
+    most : float
+        Largest surprise that is due to chance: see `most_surprise`.
     """
 
     parameter: Parameter
     size: float
     deviation: float
+    most: float
 
     @property
     def surprise(self) -> float:
@@ -54,8 +56,8 @@ class Estimate:
 
     @property
     def far(self) -> bool:
-        """Whether the surprise exceeds `FAR`; false for half waves, which are parts of a drift."""
-        return not self.parameter.wave and self.surprise > FAR
+        """Whether the surprise exceeds `most`; false for half waves, which are parts of a drift."""
+        return not self.parameter.wave and self.surprise > self.most
 
     def spelled(self, units: Units) -> str:
         """Format the estimate in the user's units."""
@@ -69,13 +71,22 @@ class Estimate:
         return text.replace("  ", " ").replace(" ,", ",")
 
 
+def most_surprise(number: int) -> float:
+    """Return the surprise that the largest of `number` surprises exceeds with probability `LEVEL`.
+
+    The surprises are those of a recording that fits: absolute values of standard normal numbers.
+    """
+    return float(-ndtri(0.5 * LEVEL / max(number, 1)))
+
+
 def estimates_of(
-    parameters: Iterable[Parameter], sizes: FloatArray, covariance: FloatArray
+    parameters: Sequence[Parameter], sizes: FloatArray, covariance: FloatArray
 ) -> tuple[Estimate, ...]:
     """Make estimates from parameters, their sizes and the covariance of their remaining errors."""
     left = np.sqrt(np.diag(covariance))
+    most = most_surprise(sum(not one.wave for one in parameters))
     return tuple(
-        Estimate(parameter=one, size=float(size), deviation=float(deviation))
+        Estimate(parameter=one, size=float(size), deviation=float(deviation), most=most)
         for one, size, deviation in zip(parameters, sizes, left, strict=True)
     )
 
@@ -105,13 +116,12 @@ class Goodness:
     @classmethod
     def of(cls, fit: Fit) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
-        heights, number = fit.unevenness
         readings = len(fit.task.recording) * len(fit.task.used)
         return cls(
-            chi2=fit.misfit - heights,
+            chi2=fit.misfit - fit.unevenness.chi2,
             degrees=fit.degrees,
             noise_degrees=np.inf if fit.task.noise_is_given else PER_READING * readings,
-            uneven=number > 0 and chdtrc(number, heights) < LEVEL,
+            uneven=fit.unevenness.chance < LEVEL,
         )
 
     @property
@@ -135,15 +145,20 @@ class Goodness:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cause(Estimate):
+class Cause:
     """A quantity whose given value may be wrong, estimated as if its tolerance were infinite.
 
     Attributes
     ----------
+    size, deviation : float
+        Excess of the parameter over its given value, and the standard deviation of the excess.
     explained : float
         Part of the misfit that this quantity explains.
     """
 
+    parameter: Parameter
+    size: float
+    deviation: float
     explained: float
 
     def spelled(self, units: Units) -> str:
@@ -177,13 +192,19 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
         size[free] = fit.p[free] / part
         deviation[free] = fit.sigma[free] * np.sqrt(left / part)
         fall[free] = named[free] * fit.scores**2 / part
-    degrees = fit.degrees + fit.unevenness[1]
+    degrees = fit.degrees + fit.unevenness.number
     excess = float((fit.scores**2).sum()) if fits else fit.misfit - degrees
     if excess <= 0.0:
         return ()  # nothing to explain
     explained = np.minimum(fall / excess, 1.0)
     off = max(fit.misfit / max(degrees, 1), 1.0)
-    likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -explained[k])
+    # A cause outside the bounds of its parameter, such as an angle of 300°, is none.
+    possible = [
+        one.low <= part <= one.high
+        for one, part in zip(fit.task.parameters, size.tolist(), strict=True)
+    ]
+    explained = np.where(possible, explained, 0.0)
+    likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -fall[k])
     return tuple(
         Cause(
             parameter=fit.task.parameters[k],

@@ -15,15 +15,16 @@ from vibrissa.errors import (
 )
 from vibrissa.outcomes import chosen
 from vibrissa.quantities.units import Units
-from vibrissa.sensor.identification.mixing import check_columns, nearest_states
+from vibrissa.sensor.identification.mixing import check_columns, table_of_states
 from vibrissa.sensor.identification.model import read_model, unfitted
-from vibrissa.sensor.identification.parameters import BEARING
+from vibrissa.sensor.identification.parameters import REFUTE_RATIO
 from vibrissa.sensor.identification.periods import Check, Grade
 from vibrissa.sensor.identification.ratio import read_ratio
 from vibrissa.sensor.identification.recording import (
     FEWEST_SAMPLES,
     Method,
     Recording,
+    as_measured,
     read_recording,
     table_of,
     units_of,
@@ -43,6 +44,10 @@ MOST = 0.9
 UNTARED = (
     "the zeros of the forces are not checked: state zero_force_x and zero_force_y, or record rows "
     "before the tip touches"
+)
+UNCHECKED = (
+    "nothing checks mu0, as the rod is not known: a transducer that is turned by some degrees, or "
+    "a gain that is wrong by 10 %, would not be noticed"
 )
 
 
@@ -101,7 +106,9 @@ def identify(
     else:
         units = Units() if isinstance(given, Recording) else units_of(given)
     sensor = None if setup.transducer is None else transducer_of(setup.transducer, units)
-    if not isinstance(given, Recording):
+    if isinstance(given, Recording):
+        given = as_measured(given)
+    else:
         given = read_recording(given, units, method, sensor)
     if len(given) < FEWEST_SAMPLES:
         few = f"too few rows to identify friction from: {counted(len(given), 'usable row')}"
@@ -114,24 +121,23 @@ def identify(
     # A recording in SI units cannot be compared with a rod whose size is not known.
     rod = whisker if whisker is not None and whisker.units == units else None
     task = task_of(given, setup, rod, sensor, units)
-    found = _read(task) if rod is None else _read_both(task, rod, method)
+    found = _read(task).noted(UNCHECKED) if rod is None else _read_both(task, rod, method)
     # The slope of the surface changes the friction by both methods alike.
     return replace(found, periods=found.periods.on_slope(found.slope))
 
 
 def _read(task: Task) -> Identification:
-    """Estimate friction by the ratio of the forces, without a rod."""
-    found = read_ratio(task)
-    everywhere = np.full(len(found.periods), task.untared)
-    return found.doubted(Check(Grade.DOUBTFUL, everywhere, UNTARED))
+    """Estimate friction by the ratio of the forces; doubt it if the zeros are not known."""
+    everywhere = np.full(len(task.spans), task.untared)
+    return read_ratio(task).doubted(Check(Grade.DOUBTFUL, everywhere, UNTARED))
 
 
 def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
     """Estimate friction by one method, and compare it with the other method if that succeeds."""
     try:
-        nearest = nearest_states(task, rod)
-        check_columns(task, nearest)
-        model = read_model(task, rod, nearest)
+        table = table_of_states(task, rod)
+        check_columns(task, table)
+        model = read_model(task, rod, table)
     except MixedColumnsError:
         raise
     except (NoResponseError, RecordingError) as error:
@@ -139,18 +145,15 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
             alone = task.both_forces and isinstance(error, NoResponseError | WrongRodError)
             more = "; or use --method ratio, which needs no rod" if alone else ""
             raise type(error)(f"{error}{more}") from error
-        found = _read(task)
-        return found.noted(
-            f"the ratio of the forces is not compared with the model of the rod: {error}"
-        )
+        why = f"the forces are no loads of this rod, or cannot be compared with it: {error}"
+        return _in_doubt(_read(task), why)
     try:
         ratio = read_ratio(task)
     except RecordingError as error:
         if method is Method.RATIO:
             raise
-        return model.noted(
-            f"the model of the rod is not compared with the ratio of the forces: {error}"
-        )
+        why = f"the model of the rod is not compared with the ratio of the forces: {error}"
+        return _in_doubt(model, why) if task.both_forces else model.noted(why)
     compared = beside(model, ratio)
     found = model if method is Method.MODEL else ratio
     apart = "model and ratio of the forces disagree"
@@ -163,10 +166,16 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
     return replace(found, beside=replace(compared, deviation=deviation)).doubted(*checks)
 
 
+def _in_doubt(found: Identification, why: str) -> Identification:
+    """Return the result with a reason to doubt all periods."""
+    return found.doubted(Check(Grade.DOUBTFUL, np.full(len(found.periods), True), why))
+
+
 def _bears_on_ratio(model: Identification) -> bool:
     """Whether a deviation from the given set-up, found by the model, may change the ratio, too."""
     uneven = model.goodness is not None and model.goodness.uneven
-    if uneven or any(one.far and one.parameter.of in BEARING for one in model.estimates):
+    if uneven or any(one.far and one.parameter.of in REFUTE_RATIO for one in model.estimates):
         return True
-    elsewhere = (one.parameter.of not in BEARING for one in model.causes if one.explained > MOST)
+    likely = [one.parameter.of for one in model.causes if one.explained > MOST]
+    elsewhere = (of not in REFUTE_RATIO for of in likely)
     return not (model.fits or any(elsewhere))

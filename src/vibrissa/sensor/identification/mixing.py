@@ -1,7 +1,10 @@
 """The states of the rod nearest to the readings, and detection of columns that are mixed up."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -26,12 +29,63 @@ MUCH = 225.0
 THOUSAND = 1e3
 
 
-# Function that finds x0 of the states nearest to readings (L), and the squared misfits, each (n,).
-Nearest = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+class Nearest(NamedTuple):
+    """States of the rod that are nearest to n readings.
+
+    Attributes
+    ----------
+    x0, squares : ndarray, shape (n,)
+        Displacements of the states (L), and their squared distances in standard deviations.
+    """
+
+    x0: FloatArray
+    squares: FloatArray
 
 
-def nearest_states(task: Task, whisker: Whisker) -> Nearest:
-    """Return a function that finds the states of the rod nearest to readings, in a table.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StateTable:
+    """States of the rod at one height, among which the nearest to readings is found.
+
+    Attributes
+    ----------
+    x0 : ndarray, shape (m,)
+        Displacements of m states (L).
+    loads : ndarray, shape (m, 3)
+        Clamp reactions of the states.
+    """
+
+    task: Task
+    x0: FloatArray
+    loads: FloatArray
+
+    @cached_property
+    def _by_noise(self) -> KDTree:
+        return KDTree(self.task.weighted(self.loads))
+
+    def nearest(self, readings: FloatArray) -> Nearest:
+        """Find the states nearest to n readings, in standard deviations of the readings."""
+        distance, place = self._by_noise.query(self.task.weighted(readings))
+        return Nearest(x0=self.x0[place], squares=distance**2)
+
+    @cached_property
+    def _largest(self) -> FloatArray:
+        return np.asarray(np.abs(self.loads[:, self.task.used]).max(axis=0))
+
+    @cached_property
+    def _by_size(self) -> KDTree:
+        return KDTree(self.loads[:, self.task.used] / self._largest)
+
+    def misfit(self, readings: FloatArray) -> float:
+        """Median distance of n readings from the nearest states, as a part of the readings.
+
+        Each channel counts in units of its largest load.
+        """
+        parts = readings[:, self.task.used] / self._largest
+        return float(np.median(self._by_size.query(parts)[0] / np.linalg.norm(parts, axis=1)))
+
+
+def table_of_states(task: Task, whisker: Whisker) -> StateTable:
+    """Make a table of the states of the rod.
 
     The table is made at one height, the mean of the least and the largest height on the stage.
 
@@ -46,21 +100,15 @@ def nearest_states(task: Task, whisker: Whisker) -> Nearest:
     check_range(whisker, low, high)
     branch = whisker.level(0.5 * (low + high)).response
     x0 = np.linspace(branch.x0_pull, branch.x0_end, TABLE)
-    values = task.weighted(branch(x0))
+    loads = branch(x0)
     if len(task.used) == 1:
         # One channel distinguishes the states only as long as it grows.
-        back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
+        back = np.flatnonzero(np.diff(task.weighted(loads)[:, 0]) <= 0.0)
         x0 = x0[: int(back[0]) + 1] if len(back) else x0
-    tree = KDTree(values[: len(x0)])
-
-    def nearest(readings: FloatArray) -> tuple[FloatArray, FloatArray]:
-        distance, place = tree.query(task.weighted(readings))
-        return x0[place], distance**2
-
-    return nearest
+    return StateTable(task=task, x0=x0, loads=loads[: len(x0)])
 
 
-def check_columns(task: Task, nearest: Nearest) -> None:
+def check_columns(task: Task, table: StateTable) -> None:
     """Refuse a recording that fits the rod much better if a mix-up of columns is undone.
 
     Raises
@@ -72,7 +120,7 @@ def check_columns(task: Task, nearest: Nearest) -> None:
     some = np.nan_to_num(task.recording.readings[rows])
 
     def misfits(mixed: FloatArray) -> FloatArray:
-        return nearest(some @ mixed.T)[1]
+        return table.nearest(some @ mixed.T).squares
 
     given = float(np.median(misfits(np.eye(3))))
     if given <= MISFIT:

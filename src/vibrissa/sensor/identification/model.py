@@ -6,9 +6,10 @@ import numpy as np
 
 from vibrissa.errors import WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.identification.factors import likely_factor
 from vibrissa.sensor.identification.fit import Fit, fitted, started
 from vibrissa.sensor.identification.goodness import Goodness, causes_of, estimates_of
-from vibrissa.sensor.identification.mixing import MISFIT, Nearest
+from vibrissa.sensor.identification.mixing import MISFIT, StateTable
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus, periods_of
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slips import check_slips
@@ -24,7 +25,7 @@ MOST_MISFIT, MOST_OFF = 0.1, 0.2
 CERTAIN = 6.0
 
 
-def read_model(task: Task, whisker: Whisker, nearest: Nearest) -> Identification:
+def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identification:
     """Estimate the friction of the periods of a recording by the model of the rod.
 
     Raises
@@ -35,8 +36,8 @@ def read_model(task: Task, whisker: Whisker, nearest: Nearest) -> Identification
         If the rod has no response.
     """
     check_slips(task.recording, task.spans, task.noise)
-    start = started(task, whisker, nearest(task.blocks.readings)[0])
-    _check_states(start)
+    start = started(task, whisker, table.nearest(task.blocks.readings).x0)
+    _check_states(start, table)
     fit = fitted(start)
     goodness = Goodness.of(fit)
     free = [one for one in task.parameters if one.deviation > 0.0]
@@ -66,11 +67,16 @@ def unfitted(found: Identification, settled: bool = True) -> Check:
         why = "a stated value is off by far more than its tolerance"
     else:
         why = "the recording does not fit the set-up"
-    return Check(Grade.DOUBTFUL, np.full(len(found.periods), True), why, summed=settled)
+    # The summary has this sentence, too, with candidates or the size of the misfit.
+    summed = settled and (bool(found.causes) or not found.fits)
+    return Check(Grade.DOUBTFUL, np.full(len(found.periods), True), why, summed=summed)
 
 
-def _check_states(fit: Fit) -> None:
-    """Refuse a recording in which more than 20 % of the samples fit no state of the rod."""
+def _check_states(fit: Fit, table: StateTable) -> None:
+    """Refuse a recording in which more than 20 % of the samples fit no state of the rod.
+
+    The message names a likely cause, if a single factor makes the recording fit.
+    """
     blocks = fit.task.blocks
     squares = (fit.residuals**2).sum(axis=1) / blocks.count
     size = (fit.task.weighted(blocks.readings) ** 2).sum(axis=1)
@@ -78,10 +84,12 @@ def _check_states(fit: Fit) -> None:
     part = float(blocks.count[off].sum() / blocks.count.sum())
     if part > MOST_OFF:
         first = fit.task.recording.line[int(blocks.row[off][0])]
+        cause = likely_factor(fit.task, table) or (
+            "check rod, height, columns, units, zero offsets, noise, and the --moment-origin of "
+            "vibrissa import"
+        )
         raise WrongRodError(
-            f"{part:.0%} of the samples fit no state of this rod, first in line {first}: check "
-            "rod, height, columns, units, zero offsets, noise, and the --moment-origin of vibrissa "
-            "import"
+            f"{part:.0%} of the samples fit no state of this rod, first in line {first}: {cause}"
         )
 
 

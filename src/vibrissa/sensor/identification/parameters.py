@@ -7,8 +7,10 @@ from itertools import permutations
 import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.scanning.heights import HIGHEST, LOWEST
 from vibrissa.sensor.tolerances import TOLERABLE
 from vibrissa.sensor.transducer import CHANNELS
+from vibrissa.sensor.whisker import Whisker
 
 # Parameters whose change needs another rod solved.
 OF_ROD = ("theta", "clamp_angle", "clamp_compliance", "curvature")
@@ -23,8 +25,17 @@ BEARING = (
     "transducer_angle",
     "crosstalk",
 )
+# If the recording refutes one of these quantities, the ratio of the forces is in doubt: a stage at
+# an angle to the surface may be a surface at an angle to the transducer.
+REFUTE_RATIO = (*BEARING, "stage_angle", SLOPE)
 # Numbers of the channels without which a parameter has no effect on the recording.
 NEEDS = {"moment_origin_x": 2, "moment_origin_y": 2}
+# Steps of difference quotients: in units of the parameter; for the height as a part of the gap
+# between the surface and an upright rod.
+STEP, STEP_IN_GAP = 1e-4, 1e-3
+# Largest angle (rad), θ and curvature (1/L), and least part of a given size or scale, that is tried
+# for a set-up.
+MOST_ANGLE, THICKEST, MOST_CURVED, LEAST_SCALE = 0.25 * np.pi, 50.0, 5.0, 0.1
 # Number of half waves of a drift. All further half waves have 0.11 of the line's deviation.
 WAVES = 8
 # Matrices that, times the loads, are the change of the readings per unit of a parameter: E, d0⁴,
@@ -58,6 +69,10 @@ class Parameter:
         None if the parameter changes the loads.
     wave : int
         Number of half waves of a drift over the recording; 0 for other parameters.
+    low, high : float
+        Least and largest value.
+    step : float
+        Step of the difference quotient of a parameter that changes the loads.
     """
 
     name: str
@@ -66,21 +81,79 @@ class Parameter:
     stated: bool = True
     effect: Effect | None = None
     wave: int = 0
+    low: float = -np.inf
+    high: float = np.inf
+    step: float = STEP
+
+
+@dataclass(frozen=True, kw_only=True)
+class Range:
+    """Range of a parameter, and the step of its difference quotient; see `Parameter`."""
+
+    low: float = -np.inf
+    high: float = np.inf
+    step: float = STEP
+
+
+def ranges_of(given: Whisker | None) -> dict[str, Range]:
+    """Return the ranges of parameters whose values are bounded, by the quantity that deviates.
+
+    Without a rod, only parameters of the transducer are used, and no value is fitted.
+    """
+    if given is None:
+        return {}
+    mounting = given.mounting
+    scale = Range(low=LEAST_SCALE - 1.0)
+    return {
+        "theta": Range(low=1.0 - given.theta, high=THICKEST - given.theta),
+        # Downwards, as forces are singular where the rod is upright.
+        "eta": Range(
+            low=LOWEST - given.eta,
+            high=HIGHEST - given.eta,
+            step=-STEP_IN_GAP * (1.0 - given.eta),
+        ),
+        "clamp_angle": Range(
+            low=-MOST_ANGLE - mounting.clamp_angle, high=MOST_ANGLE - mounting.clamp_angle
+        ),
+        "stage_angle": Range(
+            low=-MOST_ANGLE - mounting.stage_angle, high=MOST_ANGLE - mounting.stage_angle
+        ),
+        "clamp_compliance": Range(low=-mounting.clamp_compliance),
+        # A rod that lies on the surface has no neighbour that is curved towards the surface.
+        "curvature": Range(low=-MOST_CURVED, high=MOST_CURVED, step=-STEP),
+        "transducer_angle": Range(low=-MOST_ANGLE, high=MOST_ANGLE),
+        "modulus": scale,
+        "diameter": scale,
+        "length": scale,
+        "stage_scale": scale,
+    }
 
 
 def parameters_of(
-    sizes: Mapping[str, float], stated: frozenset[str], full_scale: FloatArray
+    sizes: Mapping[str, float],
+    stated: frozenset[str],
+    full_scale: FloatArray,
+    given: Whisker | None = None,
 ) -> tuple[Parameter, ...]:
     """Make the parameters of all quantities that can have a tolerance, also if they are exact.
 
     Parameters
     ----------
+    given : Whisker, optional
+        The given set-up, from which the parameters deviate.
     full_scale : ndarray, shape (3,)
         Full scale of the channels, for crosstalk; NaN for a channel that was not recorded.
     """
     there = np.isfinite(full_scale)
+    ranges, unbounded = ranges_of(given), Range()
     each = (
-        Parameter(name=name, of=name, deviation=sizes.get(name, 0.0), stated=name in stated)
+        Parameter(
+            name=name,
+            of=name,
+            deviation=sizes.get(name, 0.0),
+            stated=name in stated,
+            **vars(ranges.get(name, unbounded)),
+        )
         for name, one in TOLERABLE.items()
         if name != SLOPE and (there[channel := NEEDS.get(name, one.channel)] or channel < 0)
     )

@@ -15,6 +15,7 @@ from vibrissa.numerics.batch import Batch
 from vibrissa.quantities import series
 from vibrissa.quantities.units import CHANNEL_KINDS, SI_UNITS, Kind, Measured, Units, wished_units
 from vibrissa.sensor.identification.ends import moving, touching
+from vibrissa.sensor.identification.holds import Holds, fresh_rows
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.wording import counted
 
@@ -190,8 +191,28 @@ def read_recording(
     )
     recording = recording.naming(missing, "a value is missing")
     recording = recording.naming(at_limit, "the transducer is saturated")
-    recording = recording.take(~(missing | at_limit))
-    return _scanned(recording, used)
+    return _scanned(as_measured(recording.take(~(missing | at_limit))), used)
+
+
+def as_measured(recording: Recording) -> Recording:
+    """Keep one row of each repeated reading; interpolate positions that are held in motion."""
+    holds = Holds.of(recording.clamp)
+    if holds.hides_motion(recording.readings):
+        recording = replace(recording, clamp=holds.interpolated()).noted(
+            f"each position of the clamp is held for about {holds.usual:.0f} rows, while the load "
+            "goes on rising: the positions between are interpolated"
+        )
+        stale = np.isnan(recording.clamp)
+        recording = recording.naming(stale, "the position is held to the end").take(~stale)
+    fresh = fresh_rows(recording.readings)
+    if fresh.all():
+        return recording
+    times = len(fresh) / fresh.sum()
+    recording = recording.noted(
+        f"each reading is repeated in about {times:.0f} rows, as the sensor is slower than the "
+        f"recorder: {counted(int(fresh.sum()), 'row')} with a new reading are used"
+    )
+    return replace(recording.take(fresh), interval=times * recording.interval)
 
 
 def _used(

@@ -39,6 +39,9 @@ EVEN = 1e-3
 MOST_BETWEEN = 10
 # Least rise of the load, in standard deviations, by which a channel is weighted.
 TINY = 1e-9
+# Least part of the samples in which the load falls if the tip slips too often. Largest median
+# deviation within slips and within rises, as a part of the distance between both.
+TEETH, DISTINCT = 0.25, 0.15
 # Difference of a step from the usual step, in standard deviations of a position, that is not noise.
 ANOTHER = 6.0
 
@@ -208,6 +211,12 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     readings, clamp = recording.readings / noise, recording.smooth
     load = readings[:, 0] if np.isfinite(noise[FORCES]).all() else -readings[:, MOMENT]
     falls = np.diff(load) * recording.direction
+    frequent = not recording.position and _saw_teeth(falls)
+    if frequent and len(spans) < TEETH * np.count_nonzero(falls > 0.0):
+        raise RecordingError(
+            "the load falls in every second to third sample: the tip slips too often to see a "
+            "period of sticking; sample more finely"
+        )
     usual = np.abs(np.diff(clamp)) <= LOST * usual_step(clamp)
     # With coarse samples the load rises in every step: subtract the median rise.
     sudden = falls - np.median(falls)
@@ -223,6 +232,19 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
         )
     if not len(spans):
         raise RecordingError("no samples are left between the slips: give a shorter slip_time")
+
+
+def _saw_teeth(falls: FloatArray) -> bool:
+    """Whether changes of the load are of two kinds, slips and rises, and slips are frequent.
+
+    With noise, small changes are the most frequent ones.
+    """
+    slips, rises = falls[falls > 0.0], falls[falls < 0.0]
+    if not min(len(slips), len(rises)) or len(slips) < TEETH * len(falls):
+        return False
+    kinds = [(np.median(one), np.median(np.abs(one - np.median(one)))) for one in (slips, rises)]
+    (slip, of_slips), (rise, of_rises) = kinds
+    return bool(max(of_slips, of_rises) < DISTINCT * (slip - rise))
 
 
 def usual_step(clamp: FloatArray) -> float:

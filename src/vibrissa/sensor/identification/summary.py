@@ -107,17 +107,22 @@ class FrictionSummary:
             yield from coarse
             return
         yield from self._fit()
+        beside = self.found.beside
+        if beside is not None and np.isfinite(beside.difference):
+            yield str(beside)
         if not self.used:
             return
         if self.wrong:
             yield f"do not rely on mu0: {self.wrong} periods graded wrong, see the column doubt"
         elif self.doubtful:
             yield f"{counted(self.doubtful, 'period')} in doubt: see the column doubt of the table"
-        beside = self.found.beside
-        if beside is not None and np.isfinite(beside.difference):
-            yield str(beside)
         if self.variation:
-            yield f"mu0 differs from place to place by ± {self.variation:.2g}"
+            # No reading distinguishes friction from the slope of the surface.
+            slope = np.rad2deg(self.variation / (1.0 + self.mean**2))
+            yield (
+                f"mu0 differs from place to place by ± {self.variation:.2g}, or the slope of the "
+                f"surface by ± {slope:.2g} deg more than surface_slope"
+            )
 
     @property
     def _of(self) -> str:

@@ -7,9 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from vibrissa.errors import ArgumentError, RecordingError
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind, Units
 from vibrissa.sensor.identification.blocks import Blocks, condensed
+from vibrissa.sensor.identification.holds import rounding
 from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
 from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips
@@ -157,7 +158,10 @@ def task_of(
     """
     given = _noise(setup, transducer, units)
     scatter = noise_of(recording.readings, recording.clamp) if given is None else given
-    known = _measurable(scatter, recording)
+    # A reading is at least as uncertain as its resolution.
+    rounded, lasts = np.array([rounding(one) for one in recording.readings.T]).T
+    known = _measurable(np.maximum(scatter, rounded), recording)
+    recording = recording.noted(*_coarse(rounded > scatter, rounded, units))
     assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
         read, known = whisker.tolerances, np.maximum(known, LEAST_FITTED)
@@ -178,9 +182,10 @@ def task_of(
         recording=recording,
         spans=spans,
         row=row,
-        noise=known,
+        # Successive readings that are rounded alike have the same error: their mean is no better.
+        noise=np.hypot(known, rounded * np.sqrt(lasts - 1.0)),
         noise_is_given=given is not None,
-        parameters=parameters_of(sizes, frozenset(stated), full_scale),
+        parameters=parameters_of(sizes, frozenset(stated), full_scale, whisker),
         slope=Slope(deviation=sizes.get(SLOPE, 0.0), length=length),
         units=units,
     )
@@ -207,6 +212,19 @@ def _tared(
         "the zeros of the channels are the means of their readings without load"
     )
     return recording, {ZEROS[i]: float(np.sqrt(variance[i])) for i in own}
+
+
+def _coarse(coarse: BoolArray, rounded: FloatArray, units: Units) -> Iterator[str]:
+    """Write a note on each channel whose resolution is coarser than its noise."""
+    for i in np.flatnonzero(coarse):
+        step, error = (
+            units.spelled(size, CHANNEL_KINDS[i], 2)
+            for size in (np.sqrt(12.0) * rounded[i], rounded[i])
+        )
+        yield (
+            f"{CHANNELS[i]} has a resolution of {step}, coarser than its noise: a reading is taken "
+            f"as uncertain by {error}"
+        )
 
 
 def _noise(setup: Setup, transducer: Transducer | None, units: Units) -> FloatArray | None:
