@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from vibrissa.sticking.cycles import Scan as Scan
     from vibrissa.sticking.cycles import stick_slip as stick_slip
     from vibrissa.sticking.piece import StickingState as StickingState
+    from vibrissa.sticking.vibration import free_frequencies as free_frequencies
     from vibrissa.tables.frames import read_table as read_table
 
 __version__ = "0.1.0"
@@ -37,6 +38,7 @@ __getattr__, __all__ = attached(
         "sticking.curve": "StickingCurve",
         "sticking.cycles": "Scan stick_slip",
         "sticking.piece": "StickingState",
+        "sticking.vibration": "free_frequencies",
         "tables.frames": "read_table",
     },
 )

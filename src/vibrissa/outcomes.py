@@ -115,3 +115,21 @@ class Solver(StrEnum):
     def by_step(self) -> bool:
         """Whether a curve serves one Δx0 only, because the solver advances in steps of Δx0."""
         return self is Solver.SHOOTING
+
+
+class TipMotion(StrEnum):
+    """What the tip of a vibrating rod may do.
+
+    Attributes
+    ----------
+    FREE
+        It does not touch the surface: the rod before contact.
+    STICKS
+        It does not move.
+    SLIDES
+        It moves along the surface, under a constant force along the surface.
+    """
+
+    FREE = "free"
+    STICKS = "sticks"
+    SLIDES = "slides"
