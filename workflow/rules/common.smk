@@ -51,10 +51,11 @@ try:
     RESULTS = f"results/{STUDY.name}"
     ownership.check(Path(RESULTS), STUDY_FILE)
     SOLVER = {"contact": STUDY.contact, "section": STUDY.section, "method": STUDY.method}
+    SOLVED = SOLVER | {"frequencies": STUDY.frequencies}
     if workflow.is_main_process:
         parts = {f"tables/{name}.parquet": STUDY.part(name) for name in STUDY.tables}
         for name, chunk in STUDY.chunks.items():
-            parts[f"chunks/{name}.parquet"] = chunk.part(SOLVER)
+            parts[f"chunks/{name}.parquet"] = chunk.part(SOLVED)
         outdated.need_records(Path(RESULTS), parts)
 except VibrissaError as error:
     sys.exit(str(error))

@@ -18,9 +18,9 @@ rule chunk:
         study=STUDY.name,
         grid=lambda wildcards: STUDY.chunks[wildcards.chunk].grid,
         axes=lambda wildcards: STUDY.chunks[wildcards.chunk].axes,
-        solver=SOLVER,
+        solver=SOLVED,
         # Stored in the file: rule `stiction` refuses a chunk of another study file.
-        study_part=lambda wildcards: STUDY.chunks[wildcards.chunk].part(SOLVER),
+        study_part=lambda wildcards: STUDY.chunks[wildcards.chunk].part(SOLVED),
         code=SOLVING_CODE,
     message:
         "solving {wildcards.chunk}"
@@ -42,7 +42,7 @@ rule stiction:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
-        chunk_parts=[chunk.part(SOLVER) for chunk in STUDY.chunks.values()],
+        chunk_parts=[chunk.part(SOLVED) for chunk in STUDY.chunks.values()],
         study_part=STUDY.part("stiction"),
         code=SOLVING_CODE,
     message:
@@ -67,6 +67,7 @@ rule scans:
         study=STUDY.name,
         scans={name: (scan.axes, scan.cycles) for name, scan in STUDY.scans.items()},
         solver=SOLVER,
+        frequencies=STUDY.frequencies,
         study_part=STUDY.part("scans"),
         code=SOLVING_CODE,
     message:
@@ -88,6 +89,7 @@ rule states:
     params:
         study=STUDY.name,
         states={name: state.params(STUDY.contact) for name, state in STUDY.states.items()},
+        frequencies=STUDY.frequencies,
         study_part=STUDY.part("states"),
         code=SOLVING_CODE,
     message:

@@ -16,7 +16,14 @@ def tables(params):
         for point, curve in zip(points, curves, strict=True):
             found = stick_slip(curve, point["mu0"], point["dx0"], cycles, contact=contact)
             print(name, *point.values(), found.status, found.message)
-            yield records.scan_table(name, point, found, study=params.study, method=method)
+            yield records.scan_table(
+                name,
+                point,
+                found,
+                study=params.study,
+                method=method,
+                frequencies=params.frequencies,
+            )
 
 
 with jobs.logged(snakemake.log[0]):

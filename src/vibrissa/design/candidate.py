@@ -51,8 +51,8 @@ class Limit:
         this channel. ``steps``: number of steps in the shortest period. ``slips``: fall of the
         load in the slip after the shortest period, divided by the least fall that `identify` takes
         for a slip. ``ringing``: time for which the rod slips and rings, divided by that of the
-        shortest period. ``diameter``: diameter at the clamp. ``spacing``: clamp travel in the longest
-        period.
+        shortest period. ``diameter``: diameter at the clamp. ``spacing``: clamp travel in the
+        longest period.
     value : ndarray
         Value for each rod, in SI units.
     bound : float

@@ -143,11 +143,6 @@ class StickingCurve:
         [28.6785 69.1792]
         """
         motion = check_vibration(count, tip)
-        if motion is TipMotion.FREE:
-            raise ArgumentError(
-                "tip must be one of sticks, slides, got 'free': free_frequencies has the "
-                "frequencies of a rod before contact"
-            )
         states = self.state(x0)
         rows = states.each(np.ravel)
         line = np.array([kind == Contact.LINE for kind in self.contact(rows.x0)])

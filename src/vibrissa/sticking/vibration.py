@@ -11,6 +11,8 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import TipMotion
 
+# Motions of a tip in contact.
+TOUCHING = (TipMotion.STICKS, TipMotion.SLIDES)
 # Largest taper factor, and largest number of frequencies.
 MOST_TAPER, MOST = 50.0, 20
 # Corrections of slopes below which an iteration ends (rad), and the largest number of corrections.
@@ -29,8 +31,11 @@ def check_vibration(count: object, tip: object) -> TipMotion:
     """
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST:
         raise ArgumentError(f"count must be a whole number from 1 to {MOST}, got {count!r}")
-    if not isinstance(tip, str) or tip not in tuple(TipMotion):
-        raise ArgumentError(f"tip must be one of {', '.join(TipMotion)}, got {tip!r}")
+    if not isinstance(tip, str) or tip not in TOUCHING:
+        raise ArgumentError(
+            f"tip must be one of {', '.join(TOUCHING)}, got {tip!r}; free_frequencies has the "
+            "frequencies of a rod before contact"
+        )
     return TipMotion(tip)
 
 
@@ -61,7 +66,7 @@ def free_frequencies(theta: float, count: int = 2, mounting: Mounting = IDEAL) -
     >>> print(free_frequencies(1).round(6), free_frequencies(2).round(6))
     [ 3.516015 22.034492] [ 4.62515  19.547613]
     """
-    check_vibration(count, TipMotion.FREE)
+    check_vibration(count, TipMotion.STICKS)
     if not 1.0 <= theta <= MOST_TAPER:
         raise ArgumentError(f"theta must lie between 1 and {MOST_TAPER:g}, got {theta!r}")
     rod = unloaded_states(np.array([theta], dtype=float), [mounting], needed_nodes(theta, count))

@@ -7,20 +7,20 @@ import yaml
 from pydantic import Field, FiniteFloat, PrivateAttr, field_validator, model_validator
 
 from vibrissa.outcomes import Contact, RodSection, Solver
-from vibrissa.study.axes import AXES, MOUNTING_AXES, Eta, Theta, Values
+from vibrissa.study.axes import AXES, FREQUENCIES, MOUNTING_AXES, Eta, Theta, Values
 from vibrissa.study.chunks import SIZES, SIZES_BY_STEP, Chunk, chunks_of, number_of_points
 from vibrissa.study.claims import Claims
-from vibrissa.study.figures import Figure
+from vibrissa.study.figures import FIGURE_KINDS, Figure
 from vibrissa.study.sections import Count, Mistakes, Name, Section
 
 # Default largest number of points of a study: a table of 1 GB.
 MAX_POINTS = 10_000_000
 # The keys of the study file that determine each table.
-_SOLVED_BY = ("study", "contact", "section", "method")
+_SOLVED_BY = ("study", "contact", "section", "method", "frequencies")
 _KEYS = {
     "stiction": (*_SOLVED_BY, "grids"),
     "scans": (*_SOLVED_BY, "scans"),
-    "states": ("study", "contact", "states"),
+    "states": ("study", "contact", "frequencies", "states"),
     "comparisons": ("study", "comparisons"),
     "claims": (*_SOLVED_BY, "grids", "scans", "states", "claims"),
 }
@@ -109,6 +109,13 @@ class Study(Section):
         default=Solver.COLLOCATION,
         description="solver: collocation, or shooting (the paper's own, slow)",
     )
+    frequencies: int = Field(
+        default=0,
+        ge=0,
+        le=len(FREQUENCIES),
+        description="number of natural frequencies that the tables have, 0 to 2; they cost some "
+        "milliseconds for each onset, step of a scan and state",
+    )
     strict: bool = Field(
         default=False,
         description="whether a point with the status failed ends the run with an error",
@@ -175,6 +182,8 @@ class Study(Section):
                 needs = "shooting needs `contact: point` and 0 for all axes of the mounting"
                 mistakes.add(f"{needs}; allowed here: collocation", "method")
         for name, figure in self.figures.items():
+            if FIGURE_KINDS[figure.kind].frequencies and not self.frequencies:
+                mistakes.add("this kind needs `frequencies: 1` or 2", "figures", name, "kind")
             sections = getattr(self, f"{figure.source}s")
             for place, text in figure.misfits(sections, self._context["folder"]):
                 mistakes.add(text, "figures", name, *place)

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.outcomes import Solver, Status
+from vibrissa.mechanics.mounting import Mounting
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.outcomes import Solver, Status, TipMotion
 from vibrissa.sticking.piece import StickingState
-from vibrissa.study.axes import AXES, Value, sortable
+from vibrissa.sticking.vibration import state_frequencies
+from vibrissa.study.axes import AXES, FREQUENCIES, MOUNTING_AXES, Value, sortable
 from vibrissa.study.chunks import spell_powers
 from vibrissa.tables.schemas import COMPARISONS, SCANS, SHAPE, STATE, STATES, WHOLE
 
@@ -44,10 +47,29 @@ def state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
     return {f"{column.name}{suffix}": getattr(state, column.name) for column in STATE}
 
 
+def frequency_values(frequencies: FloatArray) -> dict[str, FloatArray]:
+    """Return the values for the columns `FREQUENCIES` of n states, from an array (n, count).
+
+    Columns beyond `count` are NaN.
+    """
+    missing = np.full(len(frequencies), np.nan)
+    columns = [*frequencies.T, *[missing] * len(FREQUENCIES)]
+    return dict(zip(FREQUENCIES, columns, strict=False))
+
+
 def scan_table(
-    name: str, point: Mapping[str, Value], scan: Scan, *, study: str, method: Solver
+    name: str,
+    point: Mapping[str, Value],
+    scan: Scan,
+    *,
+    study: str,
+    method: Solver,
+    frequencies: int = 0,
 ) -> pa.Table:
-    """Make the table of a scan: a row for each clamp position, or one row if the scan failed."""
+    """Make the table of a scan: a row for each clamp position, or one row if the scan failed.
+
+    `frequencies` is the number of natural frequencies to compute in each state.
+    """
     failed = scan.status not in (Status.SLIP, Status.LOCK)
     n = 1 if failed else len(scan.step)
     columns: dict[str, Any] = {
@@ -66,6 +88,7 @@ def scan_table(
         "x0": scan.state.x0,
         "x1": scan.x1,
         **state_values(scan.state),
+        **frequency_values(_in_scan(point, scan, frequencies)),
         "residual": scan.residual,
     }
     shapes = {"x": scan.x, "y": scan.y, "phi": scan.phi}
@@ -78,6 +101,17 @@ def scan_table(
     return table_of(SCANS, columns)
 
 
+def _in_scan(point: Mapping[str, Value], scan: Scan, count: int) -> FloatArray:
+    """Compute natural frequencies in all states of a scan, shape (n, count)."""
+    if not count:
+        return np.empty((len(scan.step), 0))
+    values: Mapping[str, Any] = {axis: point[axis] for axis in MOUNTING_AXES}
+    mounting = Mounting(**values)
+    line = scan.state.s_c < 1.0
+    theta = float(sortable(point["theta"])[0])
+    return state_frequencies(theta, mounting, scan.state, line, count, TipMotion.STICKS)
+
+
 def comparison_table(name: str, compared: Mapping[str, Any], study: str) -> pa.Table:
     """Make the table of the points that `vibrissa.sticking.comparison.compare` returns."""
     same = {"comparison": name, "study": study, "method": Solver.COLLOCATION}
@@ -85,8 +119,13 @@ def comparison_table(name: str, compared: Mapping[str, Any], study: str) -> pa.T
     return table_of(COMPARISONS, {**compared, **repeated})
 
 
-def states_table(states: Mapping[str, EquilibriumState], study: str) -> pa.Table:
-    """Make the table of single equilibria with their shapes."""
+def states_table(
+    states: Mapping[str, EquilibriumState], study: str, frequencies: int = 0
+) -> pa.Table:
+    """Make the table of single equilibria with their shapes.
+
+    `frequencies` is the number of natural frequencies to compute in each state.
+    """
     columns: dict[str, list[Any]] = {field.name: [] for field in STATES}
     s = np.linspace(0.0, 1.0, 101)
     for name, state in states.items():
@@ -94,6 +133,12 @@ def states_table(states: Mapping[str, EquilibriumState], study: str) -> pa.Table
         shape = (s, *state.shape(s)) if solved else ([], [], [], [])
         values: dict[str, Any] = {"study": study, "method": Solver.COLLOCATION, "state": name}
         values |= zip((column.name for column in SHAPE), shape, strict=True)
+        values |= dict.fromkeys(FREQUENCIES)
+        if solved and frequencies:
+            found = state.frequencies(frequencies)
+            # An unstable state has none.
+            known_ones = [None if np.isnan(one) else float(one) for one in found]
+            values |= zip(FREQUENCIES, known_ones, strict=False)
         for field in STATES:
             known = solved or not field.nullable
             value = values[field.name] if field.name in values else getattr(state, field.name)
