@@ -14,8 +14,8 @@ DAMPING = 0.01
 # Part of its amplitude at which a vibration counts as over.
 OVER = 0.01
 # Duration of a slip in half waves of a tip that slides at α = 0. Slips of chains of links with mass
-# take 1.1 to 1.6 of them (validation/records/slip-dynamics.md).
-HALF_WAVES = 1.6
+# take 1.0 to 1.5 of them (validation/records/slip-dynamics.md).
+HALF_WAVES = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
