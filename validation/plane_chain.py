@@ -47,7 +47,7 @@ class PlaneChain:
         s = h * np.arange(self.count + 1)
         springs = diameter(s, self.theta) ** 4 / h
         springs[0] = 1 / (h / 2 + self.compliance)
-        springs[-1] *= 2 * self.flat
+        springs[-1] *= 2 if self.flat else 0
         turn = np.polynomial.Polynomial(self.curvature).integ()
         middle = np.concatenate([[0.0], s[:-1] + h / 2, [self.s_c]])
         unloaded = np.diff(turn(middle))

@@ -153,7 +153,7 @@ def _forms(states: RodStates, tip: TipMotion) -> _Forms:
     density, compliance = (values[0] for values in states.densities(rule.nodes))
     integral = rule.from_start / rule.weights
     rolls, resistance = _rolling(states, tip)
-    size = nodes + 1 + nodes * rolls
+    size = 2 * nodes + 1 if rolls else nodes + 1
 
     # From the clamp to the contact point.
     touch = np.zeros(size)
