@@ -47,7 +47,7 @@ def test_scans_and_states_have_the_frequencies_of_their_states():
     ).to_pandas()
     expected = curve.frequencies(made["x0"].to_numpy(), 2)
     assert made[[*FREQUENCIES]].to_numpy() == pytest.approx(expected, rel=1e-9)
-    state = solve_state(2.0, 0.85, 0.45)
+    state = solve_state(2.0, 0.85, 0.38)
     (row,) = records.states_table({"one": state}, "a", 2).to_pylist()
     assert [row[name] for name in FREQUENCIES] == pytest.approx(state.frequencies(2))
 
