@@ -149,6 +149,20 @@ def swung(count, per_scan=40):
     )
 
 
+def vibrating(count):
+    """First periods with natural frequencies."""
+    rows = swung(count)
+    first = 40.0 / rows.theta - rows.footpoint
+    return rows.assign(frequency_1=first, frequency_2=2.5 * first)
+
+
+def vibrating_at_onset(count):
+    """Natural frequencies at the onsets of slip."""
+    rows = taper(count)
+    first = (40.0 / rows.theta - rows.mu0).where(rows.status == "slip")
+    return rows.assign(frequency_1=first, frequency_2=2.5 * first)
+
+
 def swinging(count):
     """One rod in more and more steps."""
     return swung(1, 2 * count)
@@ -200,6 +214,8 @@ ROWS = {
     "law": near_locks,
     "past_lock": past_locks,
     "margins": swung,
+    "frequencies": vibrating_at_onset,
+    "ringing": vibrating,
     "swing": swinging,
     "mounting": mounted,
     "change": deviating,

@@ -55,10 +55,14 @@ CLUSTER = ("snakemake_executor_plugin_slurm", "snakemake_executor_plugin_cluster
 NIGHTLY, SLURM, FAULTS = map(tests, ("nightly", "slurm", "faults"))
 TASKS = {
     # The rod
-    "published": Task(module("validation.published"), "compare 274 published numbers", "30 s"),
+    "published": Task(module("validation.published"), "compare 290 published numbers", "30 s"),
     "survey": Task(module("validation.survey"), "solve 100,000 random points", "10 min"),
     "chains": Task(module("validation.chains"), "compare chains of links with rods", "2 min"),
     "trailing": Task(module("validation.trailing"), "solve retracted rods by shooting", "5 min"),
+    "vibration": Task(module("validation.vibration"), "frequencies of chains of links", "1 min"),
+    "slip-dynamics": Task(
+        module("validation.slip_dynamics"), "slips of rods with mass and damping", "10 min"
+    ),
     "proof": Task(module("validation.proof.study"), "prove the numbers of a study", "10 min"),
     # The sensor
     "laboratory": Task(module("validation.sensor.laboratory"), "benches with set-up errors", "2 h"),

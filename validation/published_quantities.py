@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq, root
 
-from vibrissa import Rod, StickingState, solve_curve, solve_state
+from vibrissa import Rod, StickingState, free_frequencies, solve_curve, solve_state
 from vibrissa.mechanics.buckling import buckling_load
 from vibrissa.mechanics.equations import FX, ClosingCondition, ends
 from vibrissa.mechanics.mounting import IDEAL, rod_columns
@@ -48,6 +48,43 @@ def hinged_bar(half_length: Decimal) -> float:
     """
     stiffness = 3e7 * 0.5**4 / 12.0
     return conical_column(Decimal(1)) * stiffness / float(half_length) ** 2
+
+
+def double_tapered_first(taper: Decimal) -> float:
+    """First natural frequency of a cantilever as a function of its taper 1 − h_tip/h_base.
+
+    In units of √(E·I0/(ρA0·L⁴)). Height and breadth have the same taper: A is proportional to d²
+    and I to d⁴, as of a truncated cone with θ = 1/(1 − taper). Ours: `free_frequencies`.
+    """
+    return _free_frequency(1.0 / (1.0 - float(taper)), 1)
+
+
+def double_tapered_second(taper: Decimal) -> float:
+    """Second natural frequency of a cantilever as a function of its taper 1 − h_tip/h_base.
+
+    As `double_tapered_first`.
+    """
+    return _free_frequency(1.0 / (1.0 - float(taper)), 2)
+
+
+def double_tapered_third(taper: Decimal) -> float:
+    """Third natural frequency of a cantilever as a function of its taper 1 − h_tip/h_base.
+
+    As `double_tapered_first`.
+    """
+    return _free_frequency(1.0 / (1.0 - float(taper)), 3)
+
+
+def double_tapered_by_tip(mode: Decimal) -> float:
+    """Natural frequencies of a cantilever with h_base/h_tip = b_base/b_tip = 4, by number.
+
+    In units of √(E·I_tip/(ρ·A_tip·L⁴)), which are a quarter of ours.
+    """
+    return 4.0 * _free_frequency(4.0, int(mode))
+
+
+def _free_frequency(theta: float, mode: int) -> float:
+    return float(free_frequencies(theta, mode)[-1])
 
 
 def post_buckled_load(tip_angle: Decimal) -> float:

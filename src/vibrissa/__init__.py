@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from vibrissa.sticking.api import solve_state as solve_state
     from vibrissa.sticking.curve import StickingCurve as StickingCurve
     from vibrissa.sticking.piece import StickingState as StickingState
+    from vibrissa.sticking.vibration import free_frequencies as free_frequencies
     from vibrissa.tables.frames import read_table as read_table
 
 __version__ = "0.1.0"
@@ -38,6 +39,7 @@ __getattr__, __all__ = attached(
         "solve_onset solve_state",
         "sticking.curve": "StickingCurve",
         "sticking.piece": "StickingState",
+        "sticking.vibration": "free_frequencies",
         "tables.frames": "read_table",
     },
 )

@@ -124,6 +124,24 @@ class Solver(StrEnum):
         return self is Solver.SHOOTING
 
 
+class TipMotion(StrEnum):
+    """What the tip of a vibrating rod may do.
+
+    Attributes
+    ----------
+    FREE
+        It does not touch the surface: the rod before contact.
+    STICKS
+        It does not move.
+    SLIDES
+        It moves along the surface, under a constant force along the surface.
+    """
+
+    FREE = "free"
+    STICKS = "sticks"
+    SLIDES = "slides"
+
+
 def chosen(kind: type[Choice], value: str, what: str) -> Choice:
     """Look up a member of the enumeration `kind` by its value.
 

@@ -20,7 +20,7 @@ rule chunk:
         study=STUDY.name,
         grid=lambda wildcards: STUDY.chunks[wildcards.chunk].grid,
         axes=lambda wildcards: STUDY.chunks[wildcards.chunk].axes,
-        solver=STUDY.solver,
+        solver=STUDY.solved,
         # Stored in the file: rule `stiction` refuses a chunk of another study file.
         study_part=lambda wildcards: STUDY.chunk_part(wildcards.chunk),
         code=SOLVING_CODE,
@@ -72,6 +72,7 @@ rule scans:
         study=STUDY.name,
         scans={name: (scan.axes, scan.cycles) for name, scan in STUDY.scans.items()},
         solver=STUDY.solver,
+        frequencies=STUDY.frequencies,
         study_part=STUDY.part("scans"),
         code=SCANNING_CODE,
     message:
@@ -95,6 +96,7 @@ rule states:
     params:
         study=STUDY.name,
         states={name: state.params(STUDY.contact) for name, state in STUDY.states.items()},
+        frequencies=STUDY.frequencies,
         study_part=STUDY.part("states"),
         code=SOLVING_CODE,
     message:

@@ -17,7 +17,14 @@ def tables(params):
         for point, curve in zip(points, curves, strict=True):
             found = stick_slip(curve, point["mu0"], point["dx0"], cycles)
             print(name, *point.values(), found.status, found.message)
-            yield scan_table(name, point, found, study=params.study, method=method)
+            yield scan_table(
+                name,
+                point,
+                found,
+                study=params.study,
+                method=method,
+                frequencies=params.frequencies,
+            )
 
 
 with jobs.logged(snakemake.log[0]):

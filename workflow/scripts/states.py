@@ -6,5 +6,5 @@ from vibrissa.tables import records, store
 
 with jobs.logged(snakemake.log[0]):
     states = {name: solve_state(**state) for name, state in snakemake.params.states.items()}
-    table = records.states_table(states, snakemake.params.study)
+    table = records.states_table(states, snakemake.params.study, snakemake.params.frequencies)
     store.write(table, snakemake.output[0], snakemake.params.study_part)

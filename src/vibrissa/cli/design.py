@@ -12,7 +12,7 @@ from vibrissa.quantities.keys import write_keys
 from vibrissa.sensor.setup import TOLERANCES
 
 PANELS = {
-    "Task": ("step", "mu0"),
+    "Task": ("step", "mu0", "speed"),
     "Rod": (
         *("material", "modulus", "yield_strain", "density"),
         *("theta", "eta", "diameter", "length", "contact"),

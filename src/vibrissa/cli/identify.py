@@ -9,7 +9,8 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
-from vibrissa.cli.warnings import material_of, warn, with_modulus
+from vibrissa.cli.warnings import density_of, material_of, warn, with_modulus
+from vibrissa.quantities.units import Measured
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup
 from vibrissa.sensor.setup import TOLERANCES
 from vibrissa.wording import counted, see_page
@@ -61,6 +62,9 @@ def identify(
     """
     setup = with_modulus(setup)
     material = material_of(setup)
+    density = density_of(setup, material)
+    if density is not None:
+        setup = setup.model_copy(update={"density": Measured(f"{density:.10g} kg/m^3")})
     found = sensor.identify(setup, recording, method=method, slip_time=slip_time, delay=delay)
     place = "" if output is None else f"{output}: "
     hand_out(found, place + "\n".join(_lines(found, verbose)), output)

@@ -49,6 +49,14 @@ def with_modulus(setup: Setup) -> Setup:
     return setup.model_copy(update={"modulus": Measured(f"{modulus:g} Pa")})
 
 
+def density_of(setup: Setup, material: "Material | None") -> float | None:
+    """Return the density that is stated, or that of the stated material (kg/m³); else None."""
+    stated = setup.in_si("density")
+    if stated is not None or setup.material is None or material is None:
+        return stated
+    return material.density
+
+
 def warn(whisker: Whisker, end: float, material: "Material | None", begin: float = 0.0) -> None:
     """Warn if the rod passes through the surface or yields in a period of sticking.
 

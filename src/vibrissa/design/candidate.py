@@ -50,8 +50,9 @@ class Limit:
         the end of the longest period. ``force_x``, ``force_y`` or ``moment_z``: largest reading of
         this channel. ``steps``: number of steps in the shortest period. ``slips``: fall of the
         load in the slip after the shortest period, divided by the least fall that `identify` takes
-        for a slip. ``diameter``: diameter at the clamp. ``spacing``: clamp travel in the longest
-        period.
+        for a slip. ``ringing``: time for which the rod slips and rings, divided by that of the
+        shortest period. ``diameter``: diameter at the clamp. ``spacing``: clamp travel in the
+        longest period.
     value : ndarray
         Value for each rod, in SI units.
     bound : float
@@ -97,6 +98,10 @@ def _limits(
         volume = np.pi / 12.0 * (1.0 + 1.0 / theta + 1.0 / theta**2) * d**2 * length
         normal = np.abs(pair.reactions[:, 1]).min() * force
         yield Limit("weight", r.material.density * GRAVITY * volume / normal, WEIGHT)
+        if r.speed is not None:
+            wave = length**2 / d * np.sqrt(r.material.density / r.material.modulus)
+            rings = pair.ringing.lasts * 4.0 * wave * r.speed
+            yield Limit("ringing", rings / (pair.shortest * length), 1.0)
     if r.setup.contact is Contact.POINT:
         touch = np.nan_to_num(curve.x0_touch, nan=np.inf) / pair.longest
         yield Limit("touch", touch, BEFORE_TOUCH, upper=False)
@@ -104,7 +109,7 @@ def _limits(
     channels = zip(CHANNELS, CHANNEL_KINDS, largest, r.largest, strict=True)
     for name, kind, reaction, most in channels:
         yield Limit(name, reaction * units[kind], r.load * most, kind)
-    shortest = np.nan_to_num(pair.x0_slip[0], nan=pair.longest)
+    shortest = pair.shortest
     yield Limit("steps", shortest * length / r.step, r.steps, upper=False)
     # The two loads in which `identify` finds slips.
     fall, seen = np.ptp(pair.response([0.0, shortest]), axis=0), (FORCES[0], MOMENT)

@@ -25,6 +25,7 @@ from vibrissa.outcomes import Contact, Status
 from vibrissa.scanning.response import Response
 from vibrissa.sensor.identification.parameters import OF_ROD, parameters_of
 from vibrissa.sensor.onset import STATES, strains_in
+from vibrissa.sensor.ringing import Ringing, ringing
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
 
@@ -93,6 +94,16 @@ class Pair:
     def curve(self) -> StickingCurve:
         """Sticking curve."""
         return self.response.curve
+
+    @property
+    def shortest(self) -> float:
+        """Length of the shortest period (L)."""
+        return float(np.nan_to_num(self.x0_slip[0], nan=self.longest))
+
+    @cached_property
+    def ringing(self) -> Ringing:
+        """Vibrations after the shortest period, in units of √(ρA0·L⁴/(E·I0))."""
+        return ringing(self.curve, self.shortest)
 
     @cached_property
     def reactions(self) -> FloatArray:

@@ -129,6 +129,8 @@ class Requirements(Keyed):
     """Least number of steps in a period of sticking."""
     load: Annotated[Part, Kind.NUMBER] = 0.8
     """Largest part of the transducer's range that the loads may use."""
+    speed: Annotated[Positive | None, Kind.SPEED] = None
+    """Speed of the clamp: '1 mm/s'. The rod must be at rest before it slips again."""
     spacing: Annotated[Positive, Kind.LENGTH] = np.inf
     """Largest clamp travel between two measurements: '5 mm'."""
     setup: Setup
@@ -181,6 +183,8 @@ class Requirements(Keyed):
         if min(self.noise) <= 0.0:
             given = self.setup.noise or f"the transducer {self.setup.transducer}"
             raise ArgumentError(f"noise must be positive in all channels, got that of {given}")
+        if self.speed is not None and self.material.density is None:
+            raise ArgumentError("with a speed, give the density of the material")
         first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
         if first.whisker.mounting != IDEAL:
             raise ArgumentError(

@@ -13,6 +13,7 @@ from vibrissa.figures.kinds import POINT, SCAN, kind
 from vibrissa.figures.series import Series
 from vibrissa.figures.style import SURFACE, THIN
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.study.axes import FREQUENCIES
 from vibrissa.tables.frames import swung_aside
 
 FIRST_STEPS = ("footpoint", "cycle", "phase", "stability_aside")
@@ -67,6 +68,23 @@ def margins(rows: pd.DataFrame) -> Figure:
         panel.set_xlabel("clamp displacement $x_0$ / $L$")
         panel.set_ylabel(f"smallest eigenvalue {name}")
     series.explain(list(panels))
+    return figure
+
+
+@kind("ringing", columns=(*SCAN, *FIRST_STEPS, *FREQUENCIES))
+def ringing(rows: pd.DataFrame) -> Figure:
+    """Natural frequencies in the first period of sticking, for each θ."""
+    figure, panel = style.axes(3.0)
+    series = Series(rows, "theta")
+    first = _first_period(rows)
+    for name, (which, look) in zip(FREQUENCIES, style.FREQUENCY_LOOKS.items(), strict=True):
+        if first[name].notna().any():
+            series.lines(panel, first, "footpoint", name, linestyle=look, label=None)
+            style.mean(panel, which, linestyle=look, color="black")
+    panel.set_xlabel("clamp displacement $x_0$ / $L$")
+    panel.set_ylabel(style.FREQUENCY)
+    style.from_zero(panel)
+    series.explain(panel)
     return figure
 
 

@@ -9,6 +9,7 @@ from vibrissa.figures import style
 from vibrissa.figures.kinds import POINT, kind
 from vibrissa.figures.series import Series
 from vibrissa.figures.style import COLORS, HOLLOW
+from vibrissa.study.axes import FREQUENCIES
 
 # The lowest SHOWN_LEVELS levels of the step grid are enlarged if there are MANY_LEVELS or more.
 SHOWN_LEVELS, MANY_LEVELS = 7, 20
@@ -64,6 +65,22 @@ def friction(rows: pd.DataFrame) -> Figure:
     panel.set_ylabel(style.DISPLACEMENT)
     style.from_zero(panel)
     style.legend(figure)
+    return figure
+
+
+@kind("frequencies", columns=(*POINT, *FREQUENCIES))
+def frequencies(rows: pd.DataFrame) -> Figure:
+    """Natural frequencies at the onset of slip over θ for each μ0: the first, and the second."""
+    series = Series(rows, "mu0")
+    figure, panel = style.axes(3.0)
+    for name, (which, look) in zip(FREQUENCIES, style.FREQUENCY_LOOKS.items(), strict=True):
+        if rows[name].notna().any():
+            series.lines(panel, rows, "theta", name, linestyle=look, label=None)
+            style.mean(panel, which, linestyle=look, color="black")
+    series.gaps(panel, rows, "theta")
+    panel.set(xlabel=style.TAPER, ylabel=style.FREQUENCY)
+    style.from_zero(panel)
+    series.explain(panel)
     return figure
 
 

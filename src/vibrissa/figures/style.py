@@ -31,6 +31,9 @@ WITHOUT_ONSET = {"lock": ("|", "locks"), "out_of_reach": ("_", "out of reach")} 
 HOLLOW: Look = {"marker": "o", "color": "black", "markerfacecolor": "white", "linestyle": "none"}
 THIN: Look = {"color": "black", "linewidth": 0.8}
 
+# Lines of natural frequencies.
+FREQUENCY_LOOKS = {"first": "-", "second": "--"}
+FREQUENCY = r"natural frequency / $\sqrt{E I_0 / (\rho A_0 L^4)}$"
 TAPER = r"taper factor $\theta$"
 FRICTION = r"coefficient of static friction $\mu_0$"
 LOCKING_FRICTION = r"critical friction coefficient $\mu_\mathrm{lock}$"

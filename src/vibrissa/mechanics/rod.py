@@ -60,6 +60,23 @@ class Rod:
         """Unit of length, L, in m."""
         return self.length
 
+    def frequency_unit(self, density: float) -> float:
+        """Frequency in Hz of a rod of this density (kg/m³) whose natural frequency ω is 1.
+
+        It is √(E·I0/(ρA0·L⁴))/(2π), with I0/A0 = d0²/16.
+
+        Raises
+        ------
+        ArgumentError
+            If the density is not between 1e-30 and 1e30 kg/m³.
+        """
+        if not 1e-30 < density < 1e30:
+            raise ArgumentError(
+                f"the density of a rod must lie between 1e-30 and 1e30 kg/m³, got {density:g}"
+            )
+        speed = math.sqrt(self.youngs_modulus / density)
+        return speed * self.base_diameter / (8.0 * math.pi * self.length**2)
+
     @property
     def force_unit(self) -> float:
         """Unit of force, E·I0/L², in N."""

@@ -10,6 +10,7 @@ from vibrissa.mechanics.bending import Bending, measure
 from vibrissa.outcomes import End, Status
 from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Quantity
+from vibrissa.sensor.ringing import DAMPING, OVER, Ringing, ringing_of
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, onset_on
 from vibrissa.sticking.curve import StickingCurve
@@ -51,11 +52,14 @@ class WhiskerOnset(Tabular):
     most : Bending or None
         Largest strain in the period of sticking, and its place; None if the tip does not slip.
     whisker : Whisker
+    ringing : Ringing or None
+        Vibrations in Hz and s; None if the tip does not slip, or without a size or a density.
     """
 
     onset: Onset
     most: Bending | None
     whisker: Whisker
+    ringing: Ringing | None = None
 
     def __repr__(self) -> str:
         """Return a line for each known quantity, in the user's units."""
@@ -106,9 +110,18 @@ class WhiskerOnset(Tabular):
             strain, place = self.most.strain[0], self.most.place[0]
             yield "strain_most", strain, Kind.STRAIN, "largest strain while sticking"
             yield "strain_place", place, Kind.LENGTH, "place of the largest strain, from the clamp"
+        if self.ringing is not None:
+            first, second = self.ringing.frequencies
+            yield "frequency_1", first, Kind.RATE, "first natural frequency at the onset"
+            yield "frequency_2", second, Kind.RATE, "second natural frequency at the onset"
+            yield "slip_time", self.ringing.slip, Kind.TIME, "duration of a slip, about"
+            ring = f"ringing after a slip, to {OVER:.0%} at a damping ratio of {DAMPING:g}"
+            yield "ring_time", self.ringing.ring, Kind.TIME, ring
 
 
-def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> WhiskerOnset:
+def solve(
+    whisker: Whisker, mu0: Quantity, step: Quantity | None = None, density: float | None = None
+) -> WhiskerOnset:
     """Solve for the end of one period of sticking; the result prints in the user's units.
 
     Parameters
@@ -118,6 +131,8 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
         Coefficient of static friction.
     step : str or number, optional
         Step of the stage; without it, the last step at which the tip sticks is not known.
+    density : float, optional
+        Density of the rod (kg/m³); without it, its natural frequencies in Hz are not known.
 
     Returns
     -------
@@ -143,4 +158,5 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
     onset = onset_on(whisker.curve, friction, dx0, lambda x0: units.spelled(x0, Kind.LENGTH))
     slips = onset.status is Status.SLIP
     most = largest_strain(whisker.curve, onset.x0_slip) if slips else None
-    return WhiskerOnset(onset=onset, most=most, whisker=whisker)
+    rings = ringing_of(whisker, onset.x0_slip, density) if slips else None
+    return WhiskerOnset(onset=onset, most=most, whisker=whisker, ringing=rings)

@@ -20,13 +20,15 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.shape import Shape
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
+from vibrissa.mechanics.vibration import natural_frequencies
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
+from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import AHEAD, BACK, StickingState
 from vibrissa.sticking.solving import collocation
 from vibrissa.sticking.solving.offsets import solve_offset
 from vibrissa.sticking.stiction import Stiction, read_curve
+from vibrissa.sticking.vibration import check_vibration
 
 PULLED = "the tip has left the surface, which would have to pull it"
 # Largest taper factor (1 mm at the clamp, 20 µm at the tip): few rods with a larger one are solved.
@@ -82,6 +84,33 @@ class EquilibriumState(ContactState):
             return False
         clearance = clearances(self._solution, np.array([self.eta]))
         return bool(self.phi1 < 0.0 or clearance.surface[0] < -TOLERANCE)
+
+    def frequencies(self, count: int = 2, tip: str = TipMotion.STICKS) -> FloatArray:
+        """Lowest natural frequencies ω of small vibrations about the state.
+
+        Parameters
+        ----------
+        count : int
+            Number of frequencies.
+        tip : str
+            ``sticks`` or ``slides``, as in `StickingCurve.frequencies`.
+
+        Returns
+        -------
+        ndarray, shape (count,)
+            Increasing frequencies in rad·√(E·I0/(ρA0·L⁴)); NaN if the state is unstable.
+
+        Raises
+        ------
+        ArgumentError
+            If the state was not solved, or an argument is not allowed.
+        """
+        motion = check_vibration(count, tip)
+        if self._solution is None:
+            raise ArgumentError(
+                f"a state with status {self.status} has no frequencies: {self.message}"
+            )
+        return np.asarray(natural_frequencies(self._solution, count, motion)[0])
 
     def shape(self, s: FloatArray | None = None) -> Shape:
         """Deformed shape with the clamp at the origin.

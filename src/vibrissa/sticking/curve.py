@@ -16,10 +16,11 @@ from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
+from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion
 from vibrissa.sticking.piece import AHEAD, NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.reading import CurveArray
 from vibrissa.sticking.shapes import RowStates
+from vibrissa.sticking.vibration import check_vibration, state_frequencies
 
 # Displacements that differ by less than this (L) count as equal; shorter pieces are dropped.
 SAME = 1e-12
@@ -119,6 +120,44 @@ class StickingCurve:
     def _alone(self) -> CurveArray:
         """The curve as a `CurveArray` of length 1."""
         return CurveArray(curves=(self,))
+
+    def frequencies(self, x0: ArrayLike, count: int = 2, tip: str = TipMotion.STICKS) -> FloatArray:
+        """Lowest natural frequencies ω of small vibrations about sticking states.
+
+        Parameters
+        ----------
+        x0 : float or ndarray
+            Displacements between `x0_pull` and `x0_end` (L).
+        count : int
+            Number of frequencies.
+        tip : str
+            ``sticks``, or ``slides``: along the surface, under a constant force along the surface.
+            `vibrissa.free_frequencies` has those of a rod before contact.
+
+        Returns
+        -------
+        ndarray, shape x0.shape + (count,)
+            Increasing frequencies in rad·√(E·I0/(ρA0·L⁴)); NaN where the state is unstable and does
+            not vibrate. `vibrissa.Rod.frequency_unit` converts them to Hz.
+
+        Raises
+        ------
+        ArgumentError
+            If the curve was not solved, a displacement lies outside it, or another argument is not
+            allowed.
+
+        Examples
+        --------
+        >>> from vibrissa import solve_curve
+        >>> print(solve_curve(theta=2, eta=0.85).frequencies(0.05).round(4))
+        [28.6785 69.1792]
+        """
+        motion = check_vibration(count, tip)
+        states = self.state(x0)
+        rows = states.each(np.ravel)
+        line = np.array([kind == Contact.LINE for kind in self.contact(rows.x0)])
+        found = state_frequencies(self.theta, self.mounting, rows, line, count, motion)
+        return found.reshape(*states.x0.shape, count)
 
     def contact(self, x0: ArrayLike) -> list[str]:
         """Kind of contact, ``point`` or ``line``, at displacements; empty where x0 is NaN."""

@@ -128,6 +128,8 @@ AXES: Mapping[str, Axis] = {
     "stage_angle": Axis("angle of the stage to the surface in rad, from -1.5 to 1.5", _Angle),
 }
 MOUNTING_AXES = tuple(AXES)[4:]
+# Columns of natural frequencies, in a study that asks for them.
+FREQUENCIES = ("frequency_1", "frequency_2")
 
 
 def sortable(value: float | Sequence[float]) -> tuple[float, ...]:

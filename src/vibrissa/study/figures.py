@@ -41,12 +41,15 @@ class FigureKind:
         axis `over`. The key of a single axis may be omitted if the data have one value of it.
     required : str
         A further key that must be given; empty if there is none.
+    frequencies : bool
+        Whether the figure shows natural frequencies, which a study has only if it asks for them.
     """
 
     shows: str
     source: str
     single: tuple[str, ...] = ()
     required: str = ""
+    frequencies: bool = False
 
 
 _RUN = ("mu0", "eta", "dx0")
@@ -77,6 +80,18 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     "signals": FigureKind("loads on the clamp in one scan", "scan", ("theta", *_RUN)),
     "swing": FigureKind("shapes of a rod that buckles laterally", "scan", ("theta", *_RUN)),
     "margins": FigureKind("stability in the plane and out of it over x0", "scan", _RUN),
+    "frequencies": FigureKind(
+        "first natural frequencies at the onset of slip over theta, a series for each mu0",
+        "grid",
+        ("eta", "dx0"),
+        frequencies=True,
+    ),
+    "ringing": FigureKind(
+        "natural frequencies over x0 in the first period, for each theta",
+        "scan",
+        _RUN,
+        frequencies=True,
+    ),
     "state": FigureKind("shapes of one or more states of the same eta", "state"),
     "models": FigureKind(
         "error of x0_slip if line contact is neglected, over theta", "comparison", ("eta",)

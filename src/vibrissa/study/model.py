@@ -8,7 +8,7 @@ import yaml
 from pydantic import Field, FiniteFloat, PrivateAttr, field_validator, model_validator
 
 from vibrissa.outcomes import Contact, RodSection, Solver
-from vibrissa.study.axes import AXES, MOUNTING_AXES, Eta, Theta, Values
+from vibrissa.study.axes import AXES, FREQUENCIES, MOUNTING_AXES, Eta, Theta, Values
 from vibrissa.study.chunks import (
     MOST_RODS,
     SIZES,
@@ -19,17 +19,17 @@ from vibrissa.study.chunks import (
     sizes_of,
 )
 from vibrissa.study.claims import Claims
-from vibrissa.study.figures import Figure
+from vibrissa.study.figures import FIGURE_KINDS, Figure
 from vibrissa.study.sections import Count, Mistakes, Name, Section
 
 # Default largest number of points of a study: a table of 1 GB.
 MAX_POINTS = 10_000_000
 # The keys of the study file that determine each table.
-_SOLVED_BY = ("study", "contact", "section", "method")
+_SOLVED_BY = ("study", "contact", "section", "method", "frequencies")
 _KEYS = {
     "stiction": (*_SOLVED_BY, "grids"),
     "scans": (*_SOLVED_BY, "scans"),
-    "states": ("study", "contact", "states"),
+    "states": ("study", "contact", "frequencies", "states"),
     "comparisons": ("study", "comparisons"),
     "claims": (*_SOLVED_BY, "grids", "scans", "states", "claims"),
 }
@@ -118,6 +118,13 @@ class Study(Section):
         default=Solver.COLLOCATION,
         description="solver: collocation, or shooting (the paper's own, slow)",
     )
+    frequencies: int = Field(
+        default=0,
+        ge=0,
+        le=len(FREQUENCIES),
+        description="number of natural frequencies that the tables have, 0 to 2; they cost some "
+        "milliseconds for each onset, step of a scan and state",
+    )
     strict: bool = Field(
         default=False,
         description="whether a point with the status failed ends the run with an error",
@@ -184,6 +191,8 @@ class Study(Section):
                 needs = "shooting needs `contact: point` and 0 for all axes of the mounting"
                 mistakes.add(f"{needs}; allowed here: collocation", "method")
         for name, figure in self.figures.items():
+            if FIGURE_KINDS[figure.kind].frequencies and not self.frequencies:
+                mistakes.add("this kind needs `frequencies: 1` or 2", "figures", name, "kind")
             sections = getattr(self, f"{figure.source}s")
             for place, text in figure.misfits(sections, self.folder):
                 mistakes.add(text, "figures", name, *place)
@@ -245,9 +254,14 @@ class Study(Section):
         """The solver and what it solves, as plain values."""
         return {"contact": self.contact, "section": self.section, "method": self.method}
 
+    @property
+    def solved(self) -> dict[str, Any]:
+        """The solver, and what it computes at each point of a grid, as plain values."""
+        return {**self.solver, "frequencies": self.frequencies}
+
     def chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk, as text for the metadata of its table."""
-        return self.chunks[name].part(self.solver)
+        return self.chunks[name].part(self.solved)
 
     @property
     def folder(self) -> Path:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def spell_unit(unit: str) -> str:
     """Format the unit of a column for display, as in E·I0/L² for ``E*I0/L^2``."""
-    return unit.replace("*", "·").replace("^2", "²")
+    return unit.replace("*", "·").replace("^2", "²").replace("rho", "ρ").replace("sqrt", "√")
 
 
 def read_table(path: str | Path) -> pd.DataFrame:

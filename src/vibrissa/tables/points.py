@@ -7,13 +7,15 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from vibrissa.decimals import exact
-from vibrissa.numerics.arrays import IntArray
-from vibrissa.outcomes import Contact, RodSection, Solver, Status
+from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.outcomes import Contact, RodSection, Solver, Status, TipMotion
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
+from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.stiction import read_curves
+from vibrissa.sticking.vibration import state_frequencies
 from vibrissa.study.axes import Values
 from vibrissa.study.chunks import columns_at, number_of_points
-from vibrissa.tables.records import array, state_values, table_of
+from vibrissa.tables.records import array, frequency_values, state_values, table_of
 from vibrissa.tables.rods import rods_of, solve
 from vibrissa.tables.schemas import NUMBER, STICTION, TEXT
 
@@ -26,6 +28,7 @@ def solved_points(
     method: Solver,
     contact: Contact,
     section: RodSection,
+    frequencies: int = 0,
 ) -> Iterator[pa.Table]:
     """Solve the rods of a chunk, some rods at a time, and read the grid points off their paths.
 
@@ -37,7 +40,7 @@ def solved_points(
         some = rods[first : first + CURVES_AT_ONCE]
         curves = solve(some, method=method, contact=contact, section=section)
         rows = np.arange(first * each, (first + len(some)) * each)
-        yield points_table(grid, axes, rows, curves, study)
+        yield points_table(grid, axes, rows, curves, study, frequencies)
 
 
 def points_table(
@@ -46,8 +49,12 @@ def points_table(
     rows: IntArray,
     curves: Sequence[StickingCurve],
     study: str,
+    frequencies: int = 0,
 ) -> pa.Table:
-    """Read points off equilibrium paths; `rows` are the row numbers of the points in the chunk."""
+    """Read points off equilibrium paths; `rows` are the row numbers of the points in the chunk.
+
+    `frequencies` is the number of natural frequencies to compute at each onset of slip.
+    """
     keys = columns_at(axes, rows)
     index = np.repeat(np.arange(len(curves)), len(rows) // len(curves))
     mu0 = keys["mu0"].reshape(len(curves), -1)
@@ -78,6 +85,7 @@ def points_table(
         **state_values(periods.init, "_init"),
         **state_values(periods.last, "_last"),
         **state_values(periods.slip, "_slip"),
+        **frequency_values(_at_onsets(curves, periods.slip, frequencies)),
         "ends_by": [end or None for end in periods.end],
         "x0_end": periods.ended.x0,
         **state_values(periods.ended, "_end"),
@@ -88,3 +96,23 @@ def points_table(
         "residual": of_curves("residual"),
     }
     return table_of(STICTION, columns)
+
+
+def _at_onsets(curves: Sequence[StickingCurve], slip: StickingState, count: int) -> FloatArray:
+    """Compute natural frequencies at the onsets of slip, shape (n, count).
+
+    The n onsets belong to the curves in their order, the same number to each.
+    """
+    found = np.full((len(slip), count), np.nan)
+    if count:
+        each = len(slip) // len(curves)
+        for number, curve in enumerate(curves):
+            rows = slice(number * each, (number + 1) * each)
+            # Points that differ only in Δx0 have the same onset.
+            onsets, which = np.unique(slip.x0[rows], return_index=True, return_inverse=True)[1:]
+            some = slip.take(rows).take(onsets)
+            values = state_frequencies(
+                curve.theta, curve.mounting, some, some.s_c < 1.0, count, TipMotion.STICKS
+            )
+            found[rows] = values[which]
+    return found

@@ -8,7 +8,7 @@ import pyarrow as pa
 from vibrissa.study.axes import AXES
 
 # To be raised when a column changes its meaning, name or type: older files are then refused.
-SCHEMA_VERSION = "7"
+SCHEMA_VERSION = "8"
 
 NONE = "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
@@ -69,6 +69,21 @@ def _state(suffix: str = "", when: str = "", null: str = NO_RESULT) -> list[pa.F
     ]
 
 
+def _frequencies(when: str = "", null: str = NO_RESULT) -> list[pa.Field]:
+    """Make the columns of natural frequencies: `when` names the state."""
+    return [
+        _field(
+            name,
+            entry
+            | {
+                "description": entry["description"] + when,
+                "null": f"{entry['null']}; {null}",
+            },
+        )
+        for name, entry in DICTIONARY["frequencies"].items()
+    ]
+
+
 def _compared(contact: str, when: str) -> list[pa.Field]:
     """Make the columns of a point's solution in one kind of contact."""
     points, state = DICTIONARY["stiction"], DICTIONARY["state"]
@@ -112,6 +127,7 @@ STICTION = _schema(
     _state("_init", ", at α = 0"),
     _state("_last", ", in the last sticking state on the step grid", NO_SLIP),
     _state("_slip", ", at the exact onset of slip", NO_SLIP),
+    _frequencies(", at the exact onset of slip", NO_SLIP),
     "ends_by x0_end",
     _state("_end", ", where sticking of a locked tip in the plane ends", NO_END),
     "x0_trail",
@@ -123,12 +139,14 @@ SCANS = _schema(
     f"study method scan {_POINT}",
     "status cycle step phase footpoint x0 x1",
     _state(),
+    _frequencies(),
     f"residual {_SHAPE}",
 )
 STATES = _schema(
     "states",
     "study method state theta eta x1 status message contact",
     _state(),
+    _frequencies(),
     f"penetrates residual {_SHAPE}",
 )
 COMPARISONS = _schema(

@@ -1,5 +1,6 @@
 """Identification of friction with a whisker, in the units of its rod."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from vibrissa.quantities.units import Units
 from vibrissa.sensor.identification.mixing import check_columns, table_of_states
 from vibrissa.sensor.identification.model import read_model, unfitted
 from vibrissa.sensor.identification.parameters import REFUTE_RATIO
-from vibrissa.sensor.identification.periods import Check, Grade
+from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.ratio import read_ratio
 from vibrissa.sensor.identification.recording import (
     FEWEST_SAMPLES,
@@ -31,6 +32,7 @@ from vibrissa.sensor.identification.recording import (
 )
 from vibrissa.sensor.identification.result import Identification, beside
 from vibrissa.sensor.identification.task import Task, in_samples, task_of
+from vibrissa.sensor.ringing import DAMPING, ringing_of
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.sensor.whisker import Whisker
@@ -122,8 +124,28 @@ def identify(
     rod = whisker if whisker is not None and whisker.units == units else None
     task = task_of(given, setup, rod, sensor, units)
     found = _read(task).noted(UNCHECKED) if rod is None else _read_both(task, rod, method)
+    if rod is not None:
+        found = found.noted(*_too_fast(found.periods, given.interval, rod, setup.in_si("density")))
     # The slope of the surface changes the friction by both methods alike.
     return replace(found, periods=found.periods.on_slope(found.slope))
+
+
+def _too_fast(periods: Periods, interval: float, rod: Whisker, density: float | None) -> list[str]:
+    """Return a note if the rod still rings from a slip when the next one begins."""
+    slips = np.flatnonzero(periods.status == PeriodStatus.SLIP)
+    if not (len(slips) and np.isfinite(interval) and rod.curve.pieces):
+        return []
+    x0 = rod.curve.onset(float(np.median(periods.mu0[slips])))
+    rings = ringing_of(rod, float(x0), density) if np.isfinite(x0) else None
+    between = interval * float(np.median(periods.last[slips] - periods.first[slips] + 1))
+    if rings is None or not rings.lasts > between:
+        return []
+    return [
+        f"the stage is too fast: a period of sticking lasts {between:.2g} s, and the rod slips and "
+        f"rings for {rings.lasts:.2g} s (first natural frequency {rings.frequencies[0]:.3g} Hz, "
+        f"damping ratio {DAMPING:g}); move the stage {math.ceil(rings.lasts / between)} times more "
+        "slowly"
+    ]
 
 
 def _read(task: Task) -> Identification:

@@ -1,0 +1,149 @@
+"""A rod in its plane that shares no code with the package: rigid links, joined by springs.
+
+Links of equal length h follow each other from the clamp to the contact point. Half a link separates
+the clamp from the middle of the first link. Masses are at the ends of the links. The angles of the
+links are the unknowns.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import eigh, null_space
+from scipy.optimize import brentq
+
+# Largest correction of Newton's iteration at its end, and largest number of corrections.
+CORRECTION, MOST_CORRECTIONS = 1e-13, 60
+
+
+def diameter(s, theta):
+    """Diameter in units of d0."""
+    return 1 - (1 - 1 / theta) * s
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneChain:
+    """Chain of `count` links up to the contact point at the arc length `s_c`.
+
+    With `flat`, the rest of the rod lies on the surface, and a spring joins the last link to it.
+    The clamp leans by `clamp_angle` (rad) and turns by `compliance` per moment; `curvature` has the
+    coefficients of 1, s, s², … in the natural curvature.
+    """
+
+    theta: float
+    count: int
+    s_c: float = 1.0
+    flat: bool = False
+    clamp_angle: float = 0.0
+    compliance: float = 0.0
+    curvature: tuple = (0.0,)
+    h: float = field(init=False)
+    springs: np.ndarray = field(init=False)
+    unloaded: np.ndarray = field(init=False)
+    masses: np.ndarray = field(init=False)
+
+    def __post_init__(self):
+        """Compute springs, their unloaded turns, and masses."""
+        h = self.s_c / self.count
+        s = h * np.arange(self.count + 1)
+        springs = diameter(s, self.theta) ** 4 / h
+        springs[0] = 1 / (h / 2 + self.compliance)
+        springs[-1] *= 2 if self.flat else 0
+        turn = np.polynomial.Polynomial(self.curvature).integ()
+        middle = np.concatenate([[0.0], s[:-1] + h / 2, [self.s_c]])
+        unloaded = np.diff(turn(middle))
+        masses = h * diameter(s, self.theta) ** 2
+        masses[[0, -1]] /= 2
+        for name, value in {
+            "h": h,
+            "springs": springs,
+            "unloaded": unloaded,
+            "masses": masses,
+        }.items():
+            object.__setattr__(self, name, value)
+
+    def turns(self, phi):
+        """Turn of each joint, from the clamp to the surface (rad)."""
+        return np.diff(phi, prepend=np.pi / 2 + self.clamp_angle, append=0.0)
+
+    def force(self, phi):
+        """Return the derivatives of the elastic energy by the angles (E·I0/L)."""
+        moments = self.springs * (self.turns(phi) - self.unloaded)
+        return moments[:-1] - moments[1:]
+
+    def end(self, phi):
+        """Position of the contact point relative to the clamp (L)."""
+        return self.h * np.array([np.cos(phi).sum(), np.sin(phi).sum()])
+
+    def end_by_angles(self, phi):
+        """Return the derivatives of `end` by the angles, shape (2, count)."""
+        return self.h * np.array([-np.sin(phi), np.cos(phi)])
+
+    def stiffness(self, phi, load):
+        """Second derivatives of the energy minus the work of the contact force `load`."""
+        diagonal = self.springs[:-1] + self.springs[1:]
+        diagonal = diagonal + self.h * (load[0] * np.cos(phi) + load[1] * np.sin(phi))
+        beside = np.diag(-self.springs[1:-1], 1)
+        return np.diag(diagonal) + beside + beside.T
+
+    def mass(self, phi):
+        """Matrix of the kinetic energy ½·φ'ᵀ·M·φ'."""
+        behind = np.cumsum(self.masses[::-1])[::-1][1:]
+        last = np.maximum.outer(np.arange(self.count), np.arange(self.count))
+        return self.h**2 * behind[last] * np.cos(np.subtract.outer(phi, phi))
+
+    def held_at(self, place, phi, load):
+        """Return angles and contact force of the equilibrium near `phi` that ends at `place`."""
+        for _ in range(MOST_CORRECTIONS):
+            by_angles = self.end_by_angles(phi)
+            residual = np.concatenate([self.force(phi) - load @ by_angles, place - self.end(phi)])
+            matrix = np.block(
+                [[self.stiffness(phi, load), -by_angles.T], [-by_angles, np.zeros((2, 2))]]
+            )
+            change = np.linalg.solve(matrix, residual)
+            phi, load = phi - change[:-2], load - change[-2:]
+            if np.abs(change[:-2]).max() < CORRECTION:
+                return phi, load
+        raise RuntimeError("the chain has no equilibrium near the guess")
+
+    def frequencies(self, phi, load, how_many, *, slides=False):
+        """Return the lowest natural frequencies about a state, with its contact point held.
+
+        With `slides`, only its height is held, and the flat part moves along the surface.
+        """
+        by_angles, mass = self.end_by_angles(phi), self.mass(phi)
+        if slides:
+            # The mass of a truncated cone is a third of the difference of cubes over the slope.
+            tip, taper = 1 / self.theta, 1 - 1 / self.theta
+            d = diameter(self.s_c, self.theta)
+            flat = (d**3 - tip**3) / (3 * taper) if taper else 1 - self.s_c
+            mass = mass + flat * np.outer(by_angles[0], by_angles[0])
+        free = null_space(by_angles[1:] if slides else by_angles)
+        stiff, mass = (free.T @ one @ free for one in (self.stiffness(phi, load), mass))
+        squares = eigh(stiff, mass, eigvals_only=True, subset_by_index=[0, how_many - 1])
+        return np.sqrt(np.where(squares > 0, squares, np.nan))
+
+
+def chain_state(theta, count, offset, eta, guess, *, s_c=1.0, **mounting):
+    """Equilibrium of a chain whose tip is at (offset, eta), near a `guess`: slope over arc length.
+
+    With s_c < 1 the chain lies on the surface; s_c is a guess then, and the place where the chain
+    lies down follows from the condition that it transmits no moment there.
+
+    Returns
+    -------
+    chain, phi, load
+    """
+
+    def at(place):
+        chain = PlaneChain(theta=theta, count=count, s_c=place, flat=s_c < 1, **mounting)
+        middles = chain.h * (np.arange(count) + 0.5)
+        angles, forces = guess(middles * s_c / place)
+        phi, load = chain.held_at(np.array([offset - (1 - place), eta]), angles, forces)
+        return chain, phi, load
+
+    if s_c < 1:
+        s_c_own = brentq(
+            lambda place: at(place)[1][-1], s_c - 0.02, min(s_c + 0.02, 1.0), xtol=1e-13
+        )
+        return at(s_c_own)
+    return at(1.0)
