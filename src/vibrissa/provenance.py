@@ -15,8 +15,14 @@ SOURCES = (".py", ".toml", ".yaml", ".html", ".css", ".js")
 # Paths in the clone on which results may depend. Study files are left out: each table stores the
 # text of its own.
 CODE = (
-    *("Snakefile", "Makefile", "pyproject.toml", "hatch_build.py"),
-    *("locks", "environment.yml", "src", "workflow"),
+    "Snakefile",
+    "Makefile",
+    "pyproject.toml",
+    "hatch_build.py",
+    "locks",
+    "environment.yml",
+    "src",
+    "workflow",
 )
 # Profiles only select where jobs run, so that editing them does not mark the code as edited.
 PROFILES = "workflow/profiles"

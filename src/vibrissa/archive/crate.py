@@ -21,8 +21,12 @@ from vibrissa.tables import store
 # Files and folders that run a study or explain it, relative to the project.
 CODE = (
     *provenance.CODE,
-    *("config.yaml", "LICENSE", "CITATION.cff"),
-    *("docs/model.md", "docs/sketch.svg", "docs/tables.md"),
+    "config.yaml",
+    "LICENSE",
+    "CITATION.cff",
+    "docs/model.md",
+    "docs/sketch.svg",
+    "docs/tables.md",
 )
 # Keys of CITATION.cff that describe the archive.
 CITED = ("title", "abstract", "authors", "license")

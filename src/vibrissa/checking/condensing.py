@@ -46,10 +46,11 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     each stick-slip cycle, and ``states`` one row for each state. ``scans``, ``states`` and
     ``comparisons`` exist only if the study has them.
     """
+    paths = {name: folder / f"tables/{name}.parquet" for name in TABLES}
     found = {
         name: query.opened(path, schemas.TABLES[name])
-        for name in TABLES
-        if (path := folder / f"tables/{name}.parquet").is_file()
+        for name, path in paths.items()
+        if path.is_file()
     }
     if "stiction" not in found:
         raise ComparisonError(

@@ -14,8 +14,15 @@ from vibrissa.sensor.setup import TOLERANCES
 PANELS = {
     "Task": ("step", "mu0", "speed"),
     "Rod": (
-        *("material", "modulus", "yield_strain", "density"),
-        *("theta", "eta", "diameter", "length", "contact"),
+        "material",
+        "modulus",
+        "yield_strain",
+        "density",
+        "theta",
+        "eta",
+        "diameter",
+        "length",
+        "contact",
     ),
     "Signals": ("transducer", "noise", TOLERANCES),
     "Limits": ("tip", "safety", "steps", "load", "spacing"),

@@ -252,7 +252,7 @@ class Candidate:
 
     def _sigma(self) -> FloatArray:
         """Return the standard deviations of q parameters; that of crosstalk as a ratio of loads."""
-        full = np.array(self.requirements.largest) / self.whisker.units.channels
+        full = self.requirements.largest / self.whisker.units.channels
         full = np.where(np.isfinite(full), full, np.abs(self.pair.reactions).max(axis=0))
         parameters = parameters_of(self.tolerances, frozenset(), full)
         sigma = np.array([one.deviation for one in parameters])

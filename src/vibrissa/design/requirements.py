@@ -25,17 +25,15 @@ Choice = tuple[float, ...]
 
 # Values in a range. Tapers: 1 is a rod as it is sold; the others are turned, ground or printed.
 # Diameters in which wire and rods are sold, and lengths to which a rod is cut (m).
+SOLD_DIAMETERS = """
+    0.02 0.03 0.04 0.05 0.06 0.07 0.08 0.09
+    0.1 0.15 0.2 0.25 0.3 0.35 0.4 0.5 0.6 0.7 0.8 0.9
+    1 1.2 1.5 1.8 2 2.5 3 4 5 6 8 10
+    12 15 18 20 25 30 40 50 60 80 100
+"""  # mm
 SOLD = {
     "theta": (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 15.0, 20.0, 30.0, 50.0),
-    "diameter": tuple(
-        mm / 1e3
-        for mm in (
-            *(0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08, 0.09),
-            *(0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9),
-            *(1.0, 1.2, 1.5, 1.8, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0),
-            *(12.0, 15.0, 18.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0),
-        )
-    ),
+    "diameter": tuple(float(mm) / 1e3 for mm in SOLD_DIAMETERS.split()),
     "length": tuple(mm / 1e3 for mm in range(10, 2010, 10)),
 }
 # Number of heights that are tried in a range.
@@ -217,10 +215,10 @@ class Requirements(Keyed):
         return np.array([kind.read(part, "noise") for part, kind in parts])
 
     @property
-    def largest(self) -> tuple[float, float, float]:
+    def largest(self) -> FloatArray:
         """Range of the transducer in each channel (SI); infinite if no transducer is given."""
         named = self.setup.transducer
-        return (np.inf, np.inf, np.inf) if named is None else preset(named).limit
+        return np.full(3, np.inf) if named is None else np.array(preset(named).limit)
 
     @property
     def frictions(self) -> FloatArray:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from vibrissa.mechanics.equations import ends
-from vibrissa.mechanics.mounting import polynomial, tail
+from vibrissa.mechanics.mounting import Tail, polynomial, tail
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
@@ -153,7 +153,7 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
     return Clearance(start=np.sin(at_clamp), clamp=clamp, surface=surface, itself=itself)
 
 
-def _tail(states: RodStates) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _tail(states: RodStates) -> Tail:
     """Natural shapes of the tails beyond the contact points, at the fractions `TAIL`."""
     start = np.broadcast_to(states.s_c[:, None], (len(states), len(TAIL)))
     return tail(states.curvature, start, start + TAIL * (1.0 - start))

@@ -296,7 +296,8 @@ def wished_units(*given: object) -> dict[Kind, str]:
         units; other arguments have none.
     """
     texts = [part for text in given if isinstance(text, str) for part in text.split(",")]
-    units = [found[1] for text in texts if (found := _LAST_UNIT.search(text.strip()))]
+    found = [_LAST_UNIT.search(text.strip()) for text in texts]
+    units = [one[1] for one in found if one]
     wished = {kind: [unit for unit in units if unit_size(unit, kind)] for kind in MEASURED}
     return {kind: known[0] for kind, known in wished.items() if known}
 

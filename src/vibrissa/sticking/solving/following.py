@@ -159,10 +159,16 @@ def follow(
     return Followed(knots.take(np.argsort(knots.branch, kind="stable")), turned)
 
 
-def _next(
-    branches: Branches, last: Knots, before: Knots, step: FloatArray
-) -> tuple[Knots, BoolArray, FloatArray]:
-    """Find the next knots; return them, whether each was found, and errors of guesses (rad)."""
+class _Step(NamedTuple):
+    """Steps of n paths: the next knots, whether each was found, and errors of guesses (rad)."""
+
+    knots: Knots
+    found: BoolArray
+    miss: FloatArray
+
+
+def _next(branches: Branches, last: Knots, before: Knots, step: FloatArray) -> _Step:
+    """Find the next knots of paths."""
     bend = np.divide(0.5 * step**2, last.step, out=np.zeros_like(step), where=last.step > 0.0)
     way = (step + bend)[:, None] * last.change - bend[:, None] * before.change
     guess = last.states.with_unknowns(last.states.unknowns + way)
@@ -176,7 +182,7 @@ def _next(
         some = branches.take(rows), last.branch[rows], states.take(rows), closing.take(rows)
         new = last.with_rows(rows, _knots(*some, step[rows]))
     found &= np.vecdot(new.direction, last.direction) > LEAST_COSINE
-    return new, found, miss
+    return _Step(knots=new, found=found, miss=miss)
 
 
 def _knots(

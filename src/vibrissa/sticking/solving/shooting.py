@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import ode
@@ -84,15 +85,30 @@ class ShotState:
     miss: float
 
 
+class _Tip(NamedTuple):
+    """Position (L) and slope (rad) of the tip at the end of a shot."""
+
+    x: float
+    y: float
+    phi: float
+
+
+class _Shot(NamedTuple):
+    """Force, its inclination (rad) and the contact point (L) with which a shot begins."""
+
+    f: float
+    alpha: float
+    x1: float
+
+
 def shoot(
     theta: float, f: float, alpha: float, x1: float, y1: float, tolerances: Tolerances = PRECISE
-) -> tuple[float, float, float]:
-    """Integrate paper equation (2) by Runge–Kutta 4(5): tip position x, y (L) and slope φ (rad)."""
+) -> _Tip:
+    """Integrate paper equation (2) by Runge–Kutta 4(5) from the clamp to the tip."""
     solver = ode(rod_equations(theta, f, alpha, x1, y1))
     solver.set_integrator("dopri5", rtol=tolerances.rtol, atol=tolerances.atol, nsteps=10_000)
     solver.set_initial_value((0.0, 0.0, math.pi / 2), 0.0)
-    x, y, phi = solver.integrate(1.0)
-    return x, y, phi
+    return _Tip(*solver.integrate(1.0))
 
 
 def _search(
@@ -107,14 +123,14 @@ def _search(
 ) -> ShotState:
     """Search for f and α, or f and x1, by Nelder–Mead until the tip meets the contact point."""
 
-    def state(unknowns: FloatArray) -> tuple[float, float, float]:
+    def shot(unknowns: FloatArray) -> _Shot:
         f, other = map(float, unknowns)
-        return f, other if alpha is None else alpha, other if x1 is None else x1
+        return _Shot(f=f, alpha=other if alpha is None else alpha, x1=other if x1 is None else x1)
 
     def miss(unknowns: FloatArray) -> float:
-        f, inclination, contact = state(unknowns)
-        x, y, _ = shoot(theta, f, inclination, contact, y1, tolerances)
-        return math.hypot(x - contact, y - y1)
+        tried = shot(unknowns)
+        tip = shoot(theta, *tried, y1, tolerances)
+        return math.hypot(tip.x - tried.x1, tip.y - y1)
 
     best, size = np.asarray(start, dtype=float), np.asarray(spread, dtype=float)
     options = {"xatol": tolerances.simplex, "fatol": tolerances.simplex, "maxiter": 400}
@@ -127,9 +143,9 @@ def _search(
             break
         # A collapsed simplex cannot leave its point: open a reversed one, of the size of the miss.
         size = -np.sign(size) * np.maximum(np.abs(size), 10.0 * result.fun)
-    f, inclination, contact = state(best)
-    _, _, phi1 = shoot(theta, f, inclination, contact, y1, tolerances)
-    return ShotState(f=f, alpha=inclination, x1=contact, phi1=phi1, miss=float(result.fun))
+    found = shot(best)
+    phi1 = shoot(theta, *found, y1, tolerances).phi
+    return ShotState(**found._asdict(), phi1=phi1, miss=float(result.fun))
 
 
 def initial_state(theta: float, eta: float, tolerances: Tolerances = PRECISE) -> ShotState:
