@@ -26,6 +26,7 @@ rule figures:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
+        study=STUDY.name,
         figures=FIGURES,
         study_parts=STUDY_PARTS,
         code=STUDY_CODE,
