@@ -30,9 +30,10 @@ extensions = [
     "sphinx.ext.autosummary",
     "numpydoc",
     "sphinx_copybutton",
-    # In docs/site: equations as MathML, and links out of docs/ and to equations.
+    # In docs/site: equations as MathML, links out of docs/ and to equations, excerpts of a search.
     "mathml",
     "links",
+    "excerpts",
 ]
 exclude_patterns = ["_build", "site", "made/explorer"]
 

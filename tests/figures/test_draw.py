@@ -1,5 +1,6 @@
 """Each kind of figure shows what its table has."""
 
+import itertools
 from functools import cache
 
 import numpy as np
@@ -8,13 +9,14 @@ import pyarrow as pa
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex
+from PIL import Image
 
 import made_tables
 from figure_rows import ROWS, THETA, both_contacts, combined, slipping, states
 from vibrissa import solve_curve, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
-from vibrissa.figures import style
-from vibrissa.figures.draw import KINDS, draw
+from vibrissa.figures import animation, style
+from vibrissa.figures.draw import KINDS, animate, draw
 from vibrissa.figures.regimes import REGIMES
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
@@ -557,3 +559,37 @@ def test_the_border_of_line_contact_is_drawn():
     panel = KINDS["change"].plot(made).axes[1]
     places = [x for line in drawn(panel) for x in line.get_xdata()]
     assert places == [0.5 * (2.0 + 2.25)] * 6
+
+
+@pytest.mark.slow
+def test_the_poster_shows_the_states_before_and_after_the_slip():
+    figure = draw("slip", scans(), {"scan": "runs", "theta": [2.0], "mu0": [0.3]})
+    _, needed, loads = figure.axes
+    found = rows(scans(), theta=2.0, mu0=0.3).sort_values("footpoint")
+    first = found[found["cycle"] == 1]
+    last, slipped = (first[first["phase"] == phase].iloc[-1] for phase in ("stick", "slip"))
+    marks = [line for line in needed.lines if len(line.get_xdata()) == 1]
+    assert len(marks) == 3 and marks[0].get_ydata()[0] == pytest.approx(0.0, abs=1e-9)
+    for mark, state in zip(marks[1:], (last, slipped), strict=True):
+        assert mark.get_xdata()[0] == state["footpoint"]
+        assert mark.get_ydata()[0] == pytest.approx(-np.tan(state["alpha"]))
+    assert {*names_of(loads)} == {"$f_x$", "$f_y$"}
+    assert is_line(loads.lines[0], found["footpoint"], found["reaction_fx"])
+    (text,) = draw("slip", scans(), {"scan": "runs", "theta": [1.0], "mu0": [0.3]}).axes[0].texts
+    assert text.get_text().startswith("failed")
+
+
+@pytest.mark.slow
+def test_an_animation_moves_all_rods_of_a_scan(tmp_path, monkeypatch):
+    monkeypatch.setattr(animation, "FRAMES", 4)
+    animate(scans(), {"scan": "runs", "mu0": [0.3]}, tmp_path / "film.apng")
+    with Image.open(tmp_path / "film.apng") as film:
+        assert film.format == "PNG" and film.n_frames == 4
+        frames = []
+        for number in range(4):
+            film.seek(number)
+            frames.append(np.asarray(film.convert("RGB"), dtype=int))
+    for before, after in itertools.pairwise(frames):
+        # Something moves in each of the two panels.
+        moved = np.flatnonzero(np.abs(after - before).sum(axis=(0, 2)))
+        assert moved.min() < frames[0].shape[1] // 2 < moved.max()

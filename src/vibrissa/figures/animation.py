@@ -17,7 +17,7 @@ from vibrissa.files import write_atomically
 
 COLUMNS = ("theta", "mu0", "eta", *SHAPES)
 # Number of frames, their duration and that of the last one (ms), and resolution (dots per inch).
-FRAMES, DURATION, PAUSE, RESOLUTION = 80, 80, 2500, 100
+FRAMES, DURATION, PAUSE, RESOLUTION = 70, 90, 2500, 90
 # Number of colours of a frame: fewer make the file smaller.
 PALETTE = 32
 # Rounding errors of positions (L).
@@ -35,7 +35,11 @@ def save(rows: pd.DataFrame, path: str | Path) -> None:
         File that is written.
     """
     with style.applied():
-        first, *others = (frame.quantize(PALETTE) for frame in _frames(rows))
+        pictures = list(_frames(rows))
+        # The colours of the last frame, which shows everything; dots would not compress well.
+        palette = pictures[-1].quantize(PALETTE)
+        plain = Image.Dither.NONE
+        first, *others = (each.quantize(palette=palette, dither=plain) for each in pictures)
         durations = [DURATION] * len(others) + [PAUSE]
         with write_atomically(Path(path)) as temporary:
             first.save(
@@ -79,7 +83,7 @@ class _Film:
         )
         self.begun = Line2D([], [], color=SHAPE, linewidth=1.2)
         self.rod = Line2D([], [], color=COLORS[0], linewidth=1.8)
-        self.clamp = Line2D([], [], color=INK, marker="s", markersize=5)
+        self.clamp = Line2D([], [], color=INK, linewidth=3.0)
         self.tip = Line2D([], [], color=COLORS[0], marker="o", markersize=4)
         for line in (self.begun, self.rod, self.clamp, self.tip):
             panel.add_line(line)
@@ -91,7 +95,8 @@ class _Film:
         now, begun = done.iloc[-1], done[done["x0"] == 0.0].iloc[-1]
         self.begun.set_data(begun["shape_x"], begun["shape_y"])
         self.rod.set_data(now["shape_x"], now["shape_y"])
-        self.clamp.set_data(now["shape_x"][:1], now["shape_y"][:1])
+        x, y = float(now["shape_x"][0]), float(now["shape_y"][0])
+        self.clamp.set_data([x - marks.HALF_CLAMP, x + marks.HALF_CLAMP], [y, y])
         self.tip.set_data([now["x1"]], [now["eta"]])
         places = np.flatnonzero(done["phase"] == "slip")
         for place in places[self.slips :]:

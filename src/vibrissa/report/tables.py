@@ -102,7 +102,7 @@ def _trends(table: Readable, columns: Sequence[str], axes: Sequence[str]) -> pd.
     """Return rows of each grid in the order of its longest axis, with few values of the others."""
     found: dict[str, dict[str, set[Any]]] = {}
     for part in query.batches(table, axes):
-        for grid, rows in part.to_pandas().groupby("grid"):
+        for grid, rows in part.to_pandas().groupby("grid", sort=False):
             values = found.setdefault(str(grid), {axis: set() for axis in axes[1:]})
             for axis in values:
                 values[axis] |= set(rows[axis].dropna())

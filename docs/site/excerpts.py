@@ -1,0 +1,48 @@
+"""Sphinx extension: a search that shows excerpts in a site that is opened from files, too.
+
+The search of Sphinx fetches each page that it has found, which browsers refuse for files. The page of
+the search therefore loads the texts of all pages as a script, and takes them from there.
+"""
+
+import json
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+SCRIPT = "excerpts.js"
+PROGRAM = """
+if (location.protocol === "file:") {
+  window.fetch = async (address) => {
+    const name = decodeURI(new URL(address, location).pathname);
+    const page = Object.keys(PAGES).find((key) => name.endsWith("/" + key));
+    return new Response(`<div role="main">${PAGES[page] ?? ""}</div>`);
+  };
+}
+"""
+
+
+def load(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object) -> None:
+    """Let the page of the search load the script."""
+    if page == "search":
+        app.add_js_file(SCRIPT)
+
+
+def write(app: Sphinx, error: Exception | None) -> None:
+    """Write the script with the texts of all pages."""
+    if error is None and app.builder.format == "html":
+        suffix = app.builder.out_suffix  # type: ignore[attr-defined]
+        texts = {
+            f"{name}{suffix}": escape(app.env.get_doctree(name).astext())
+            for name in sorted(app.env.found_docs)
+        }
+        script = f"const PAGES = {json.dumps(texts)};{PROGRAM}"
+        Path(app.outdir, "_static", SCRIPT).write_text(script, encoding="utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register the functions."""
+    app.connect("html-page-context", load)
+    app.connect("build-finished", write)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
