@@ -1,7 +1,7 @@
 """Sphinx extension: a search that shows excerpts in a site that is opened from files, too.
 
-The search of Sphinx fetches each page that it has found, which browsers refuse for files. The page of
-the search therefore loads the texts of all pages as a script, and takes them from there.
+The search of Sphinx fetches each page that it has found, which browsers refuse for files. Therefore
+the page of the search loads the texts of all pages as a script, and takes them from there.
 """
 
 import json
@@ -9,6 +9,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
 from sphinx.application import Sphinx
 
 SCRIPT = "excerpts.js"
@@ -29,12 +30,23 @@ def load(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree
         app.add_js_file(SCRIPT)
 
 
+def sections(node: nodes.Element) -> str:
+    """Write the texts of a page as HTML that keeps its sections, to which results lead."""
+    parts = []
+    for child in node.children:
+        if isinstance(child, nodes.section):
+            parts.append(f'<section id="{child["ids"][0]}">{sections(child)}</section>')
+        else:
+            parts.append(f"{escape(child.astext())}\n")
+    return "".join(parts)
+
+
 def write(app: Sphinx, error: Exception | None) -> None:
     """Write the script with the texts of all pages."""
     if error is None and app.builder.format == "html":
         suffix = app.builder.out_suffix  # type: ignore[attr-defined]
         texts = {
-            f"{name}{suffix}": escape(app.env.get_doctree(name).astext())
+            f"{name}{suffix}": sections(app.env.get_doctree(name))
             for name in sorted(app.env.found_docs)
         }
         script = f"const PAGES = {json.dumps(texts)};{PROGRAM}"

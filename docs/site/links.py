@@ -75,10 +75,11 @@ def with_terms(app: Sphinx, page: str, source: list[str]) -> None:
     """Insert the terms of `TERMS` as index entries before their heading."""
     for (place, heading), terms in TERMS.items():
         if place == page:
-            # A search lists main entries, marked by !, before all other results.
-            entry = f"```{{index}} !{terms.replace(', ', ', !')}\n```\n\n"
+            # A search lists main entries, marked by !, before all other results. An entry without
+            # "single:" would end at a comma, as in x0,max.
+            entries = [f"```{{index}} !single: {term}\n```\n\n" for term in terms.split(", ")]
             title = re.compile(rf"^(#+ {heading})$", re.MULTILINE)
-            source[0] = title.sub(rf"{entry}\1", source[0], count=1)
+            source[0] = title.sub(rf"{''.join(entries)}\1", source[0], count=1)
 
 
 class NumbersOfEquations(SphinxPostTransform):
