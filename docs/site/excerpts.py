@@ -35,7 +35,9 @@ def sections(node: nodes.Element) -> str:
     parts = []
     for child in node.children:
         if isinstance(child, nodes.section):
-            parts.append(f'<section id="{child["ids"][0]}">{sections(child)}</section>')
+            # A section has several places if index entries lead to it, too.
+            opened = "".join(f'<section id="{place}">' for place in child["ids"])
+            parts.append(opened + sections(child) + "</section>" * len(child["ids"]))
         else:
             parts.append(f"{escape(child.astext())}\n")
     return "".join(parts)

@@ -44,10 +44,10 @@ def test_terms_that_a_search_finds_first_have_their_headings():
 def test_excerpts_keep_the_places_of_a_page():
     page = new_document("page")
     page += nodes.section("", nodes.title(text="A < B"), nodes.paragraph(text="words"), ids=["a-b"])
-    page[0] += nodes.section("", nodes.paragraph(text="more"), ids=["inner"])
+    page[0] += nodes.section("", nodes.paragraph(text="more"), ids=["inner", "index-1"])
     text = tool("excerpts").sections(page)
-    start, inner = '<section id="a-b">', '<section id="inner">'
-    assert text == f"{start}A &lt; B\nwords\n{inner}more\n</section></section>"
+    start, inner = '<section id="a-b">', '<section id="inner"><section id="index-1">'
+    assert text == f"{start}A &lt; B\nwords\n{inner}more\n</section></section></section>"
 
 
 @pytest.mark.parametrize(
