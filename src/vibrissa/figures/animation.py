@@ -61,6 +61,9 @@ def _frames(rows: pd.DataFrame) -> Iterator[Image.Image]:
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(RESOLUTION)
     films = [_Film(panel, steps, room) for panel, steps in zip(panels, scans, strict=True)]
+    # Laid out once; each frame would repeat it.
+    figure.draw_without_rendering()
+    figure.set_layout_engine(None)
     last = max(float(steps["footpoint"].max()) for steps in scans)
     for clamp in np.linspace(0.0, last, FRAMES):
         for film in films:
