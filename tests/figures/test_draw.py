@@ -9,13 +9,14 @@ import pyarrow as pa
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex
+from matplotlib.text import Text
 from PIL import Image
 
 import made_tables
 from figure_rows import ROWS, THETA, both_contacts, combined, slipping, states
 from vibrissa import solve_curve, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
-from vibrissa.figures import animation, style
+from vibrissa.figures import animation, labels, style
 from vibrissa.figures.draw import KINDS, animate, draw
 from vibrissa.figures.regimes import REGIMES
 from vibrissa.sticking.comparison import compare
@@ -211,9 +212,12 @@ def test_all_figures_of_a_scan_have_one_scale_and_the_same_axes():
         for axes in figure.axes:
             width = axes.get_position().width * figure.get_figwidth()
             scales.append(width / np.ptp(axes.get_xlim()))
-            limits.append((axes.get_xlim()[0], *axes.get_ylim()))
+            # A single panel has room for names on its right.
+            right = axes.get_xlim()[1] if len(figure.axes) > 1 else None
+            limits.append((axes.get_xlim()[0], right, *axes.get_ylim()))
     assert scales == pytest.approx([scales[0]] * (2 + 2 + 1 + 4), rel=0.02)
-    assert len(set(limits)) == 1
+    assert len({limit for limit in limits if limit[1]}) == 1
+    assert len({(left, low, high) for left, _, low, high in limits}) == 1
 
 
 @pytest.mark.parametrize("mu0", [0.3, 0.9])
@@ -593,3 +597,18 @@ def test_an_animation_moves_all_rods_of_a_scan(tmp_path, monkeypatch):
         # Something moves in each of the two panels.
         moved = np.flatnonzero(np.abs(after - before).sum(axis=(0, 2)))
         assert moved.min() < frames[0].shape[1] // 2 < moved.max()
+
+
+def test_names_of_lines_that_end_at_one_place_do_not_overlap():
+    with style.applied():
+        figure, axes = style.axes(2.6)
+        for i, end in enumerate((0.5, 0.501, 0.502, 0.9)):
+            axes.plot([0.0, 1.0], [0.0, end], label=f"line {i}")
+        labels.at_ends(axes)
+        style.save(figure, [])
+        texts = [text for text in axes.texts if text.get_gid() == style.NAMED]
+        # Without the lines that lead to the names.
+        boxes = [Text.get_window_extent(text) for text in texts]
+    assert [text.get_text() for text in texts] == [f"line {i}" for i in range(4)]
+    for below, above in itertools.pairwise(boxes):
+        assert below.y1 <= above.y0 + 1.0
