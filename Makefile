@@ -40,31 +40,34 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 .NOTPARALLEL:
 
 help:
-	@echo "Studies (each takes CORES=n, and PROFILE=workflow/profiles/slurm for a cluster):"
+	@echo "Studies (CORES=n; on a cluster PROFILE=workflow/profiles/slurm):"
 	@echo "  make reproduce            the paper's study: Figures 3 to 8, tables, report"
 	@echo "  make study STUDY=my.yaml  the study in my.yaml instead of config.yaml"
 	@echo "                            (studies/ has two: beyond.yaml, mounted.yaml)"
 	@echo "  make check                compare the results with the reference tables"
-	@echo "  make bless                update the reference tables; review them with git diff"
-	@echo "                            (check and bless take STUDY=my.yaml, and REFERENCE=folder with"
-	@echo "                            reference tables or, for check, with other results; check"
-	@echo "                            writes check.md, check.json and new tables to OUTPUT=folder)"
-	@echo "  make archive              put a study, its results and code into one file, an RO-Crate"
+	@echo "  make bless                update the reference tables; review with git diff"
+	@echo "                            (check and bless take STUDY=my.yaml, and"
+	@echo "                            REFERENCE=folder with reference tables or, in check,"
+	@echo "                            other results; check writes check.md, check.json"
+	@echo "                            and new tables to OUTPUT=folder)"
+	@echo "  make archive              put a study, its results and code into one RO-Crate"
 	@echo "                            (takes STUDY=my.yaml and OUTPUT=file.zip)"
-	@echo "  make verify               in an unpacked archive: reproduce its results and compare"
-	@echo "  make explorer             make results/explorer.html: move the rod in a browser, offline"
+	@echo "  make verify               in an unpacked archive: reproduce and compare"
+	@echo "  make explorer             make results/explorer.html: move the rod by hand"
 	@echo "Development:"
-	@echo "  make setup                install the locked packages into .venv, as other targets do if needed"
-	@echo "                            (LOCKS='files test docs lint cluster' for these, too)"
-	@echo "  make test                 run the tests (options of pytest: ARGS='tests/sensor -x')"
-	@echo "  make lint                 ruff, snakefmt, snakemake --lint, import layers, mypy"
+	@echo "  make setup                install the locked packages into .venv, as other"
+	@echo "                            targets do if needed (LOCKS='files test docs lint cluster'"
+	@echo "                            for the packages of these, too)"
+	@echo "  make test                 run the tests (pytest's options: ARGS='-x')"
+	@echo "  make lint                 ruff, snakefmt, snakemake --lint, layers, mypy"
 	@echo "  make docs                 build the documentation as a site, in build/site"
 	@echo "                            (warnings are errors; OUTPUT=folder)"
 	@echo "  make format               let ruff and snakefmt rewrite the source files"
 	@echo "  make lock                 bring locks/ in line with pyproject.toml"
 	@echo "                            (UPGRADE=1: with the newest versions)"
 	@echo "  make clean                remove .venv and caches; results stay"
-	@echo "Long checks, after make setup LOCKS=test: .venv/bin/python -m validation --list"
+	@echo "Long checks, after make setup LOCKS=test:"
+	@echo "  .venv/bin/python -m validation --list"
 
 reproduce: $(RUN_STAMPS)
 	@$(RUN)
@@ -124,8 +127,8 @@ $(STUDY_STAMP): locks/study.lock pyproject.toml
 	    echo "$$python has no working venv module (on Debian/Ubuntu: apt install python3-venv)." \
 	        >&2; exit 1; \
 	fi; \
-	echo "Setting up $(VENV) with $$("$$python" --version): installing what a study needs," \
-	    "silently for a minute ..."; \
+	echo "Setting up $(VENV) with $$("$$python" --version): installing the" \
+	    "$$(grep -c '^[a-z]' locks/study.lock) packages of locks/study.lock, one to two minutes ..."; \
 	rm -rf $(VENV) && "$$python" -m venv $(VENV)
 # setuptools first: one locked package (connection_pool) has no wheel, and pip would otherwise
 # fetch some setuptools without a pin or a hash to build it.

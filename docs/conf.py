@@ -3,6 +3,7 @@
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
 from pygments.lexers.python import PythonLexer
 from sphinx.application import Sphinx
@@ -30,9 +31,10 @@ extensions = [
     "sphinx.ext.autosummary",
     "numpydoc",
     "sphinx_copybutton",
-    # In docs/site: equations as MathML, and links out of docs/ and to equations.
+    # In docs/site: equations as MathML, links out of docs/ and to equations, excerpts of a search.
     "mathml",
     "links",
+    "excerpts",
 ]
 exclude_patterns = ["_build", "site", "made/explorer"]
 
@@ -82,8 +84,20 @@ def without_aliases(
     return True if type(thing).__name__ == "_tuplegetter" else None
 
 
+def with_levels(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object
+) -> None:
+    """Give the headings of the sidebar their level, which screen readers need."""
+    tree = str(context.get("furo_navigation_tree", ""))
+    context["furo_navigation_tree"] = tree.replace(
+        'role="heading"', 'role="heading" aria-level="2"'
+    )
+
+
 def setup(app: Sphinx) -> None:
     """Highlight Snakefiles as Python, and register the functions above."""
     app.add_lexer("snakemake", PythonLexer)
     app.connect("autodoc-process-docstring", escape_bars)
     app.connect("autodoc-skip-member", without_aliases)
+    # After the theme has made the sidebar.
+    app.connect("html-page-context", with_levels, priority=900)

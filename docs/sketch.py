@@ -6,17 +6,16 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc
 
 from vibrissa import StickingCurve, solve_curve
-from vibrissa.figures import style
+from vibrissa.figures import marks, style
 from vibrissa.files import write_atomically
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
 
 PICTURE = Path(__file__).with_name("sketch.svg")
 THICKNESS = 0.03  # drawn diameter of the base (L)
-DARK, LIGHT, RED, BLUE = "0.15", "0.75", "#d55e00", "#0072b2"
+DARK, LIGHT, RED, BLUE = style.INK, "0.75", style.LOAD, style.COLORS[0]
 # Text is drawn as outlines, as a browser may not have the typeface.
 STYLE = style.SETTINGS | {
     "svg.fonttype": "path",
@@ -59,33 +58,17 @@ def ground(axes: Axes, ends: tuple[float, float], y: float, depth: float) -> Non
     )
 
 
-def arrow(axes: Axes, tail: tuple, head: tuple, color: str = DARK, width: float = 1.0) -> None:
-    """Draw an arrow from one point to another."""
-    look = {"arrowstyle": "-|>", "color": color, "linewidth": width, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", head, tail, arrowprops=look)
-
-
 def dimension(axes: Axes, start: tuple, stop: tuple, text: str, place: tuple) -> None:
     """Draw a dimension line with its symbol."""
-    look = {"arrowstyle": "<|-|>", "color": DARK, "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", stop, start, arrowprops=look)
+    marks.dimension(axes, start, stop)
     axes.text(*place, text, ha="center", va="center", backgroundcolor="white", zorder=3)
-
-
-def angle(axes: Axes, at: tuple, radius: float, ends: tuple[float, float]) -> None:
-    """Draw the arc of an angle (degrees) and the line that it is counted from."""
-    axes.add_patch(Arc(at, 2 * radius, 2 * radius, theta1=min(ends), theta2=max(ends), color=DARK))
-    way = np.radians(ends[0])
-    stop = at[0] + 1.3 * radius * np.cos(way), at[1] + 1.3 * radius * np.sin(way)
-    axes.plot(*zip(at, stop, strict=True), color=DARK, linewidth=0.7, linestyle=":")
 
 
 def contact_force(axes: Axes, at: tuple, alpha: float, size: float = 0.26) -> None:
     """Draw the force of the surface on the rod, and its inclination."""
-    tail = at[0] - size * np.sin(alpha), at[1] + size * np.cos(alpha)
-    arrow(axes, tail, at, RED, 1.8)
+    tail = marks.force(axes, at, alpha, size, linewidth=1.8)
     axes.text(tail[0] + 0.03, tail[1], "$f$", color=RED, va="center")
-    angle(axes, at, 0.17, (90.0, 90.0 + np.degrees(alpha)))
+    marks.angle(axes, at, 0.17, (90.0, 90.0 + np.degrees(alpha)))
     way = 0.5 * np.pi + 0.55 * alpha
     axes.text(at[0] + 0.2 * np.cos(way), at[1] + 0.2 * np.sin(way), r"$\alpha$", ha="center")
 
@@ -109,19 +92,19 @@ def main() -> None:
     dimension(left, (0.86, 0.0), (0.86, eta), r"$\eta$", (0.86, 0.5 * eta))
     left.plot([0.25, 0.9], [0.0, 0.0], color=DARK, linewidth=0.4)
     place = rod["x"], rod["y"]
-    angle(left, place, 0.1, (0.0, np.degrees(rod["phi"])))
+    marks.angle(left, place, 0.1, (0.0, np.degrees(rod["phi"])))
     left.text(place[0] + 0.12, place[1] + 0.06, r"$\varphi(s)$")
     # The load on the clamp, each part in its positive direction.
-    arrow(left, (x0, 0.0), (x0 + 0.17, 0.0), RED, 1.8)
+    marks.arrow(left, (x0, 0.0), (x0 + 0.17, 0.0), color=RED, linewidth=1.8)
     left.text(x0 + 0.12, 0.025, "$f_x$", color=RED)
-    arrow(left, (x0, 0.0), (x0, 0.17), RED, 1.8)
+    marks.arrow(left, (x0, 0.0), (x0, 0.17), color=RED, linewidth=1.8)
     left.text(x0 - 0.055, 0.14, "$f_y$", color=RED)
     look = {"arrowstyle": "-|>", "color": RED, "linewidth": 1.8, "connectionstyle": "arc3,rad=0.6"}
     left.annotate("", (x0 - 0.02, 0.085), (x0 + 0.085, -0.02), arrowprops=look)
     left.text(x0 + 0.085, 0.075, "$m$", color=RED)
     left.text(-0.01, 0.3, r"$\alpha = 0$", color="0.45", ha="right")
-    arrow(left, (-0.14, 0.62), (-0.02, 0.62))
-    arrow(left, (-0.14, 0.62), (-0.14, 0.74))
+    marks.arrow(left, (-0.14, 0.62), (-0.02, 0.62))
+    marks.arrow(left, (-0.14, 0.62), (-0.14, 0.74))
     left.text(-0.02, 0.64, "$x$")
     left.text(-0.12, 0.73, "$y$")
     left.text(0.93, eta + 0.06, "surface", ha="right")

@@ -83,6 +83,14 @@ def in_mountings(rows, ideal):
     return rows.assign(**forces, **others).assign(mu_lock=lock)
 
 
+def of_slopes(count):
+    axes = {"theta": np.linspace(1.0, 3.0, min(count, 4)), "clamp_angle": np.linspace(-0.1, 0.1, 5)}
+    etas = np.linspace(0.3, 0.9, min(count, 6))
+    rows = slipping(combined(**axes, eta=etas, mu0=[0.2], dx0=[0.001]))
+    rows = in_mountings(rows, 0.0).assign(grid="leaning")
+    return rows.assign(x0_slip=rows.x0_slip * (1.0 + 30.0 * rows.clamp_angle**2 * rows.theta))
+
+
 def deviating(count):
     axes = {"theta": THETA, "eta": np.linspace(0.3, 0.9, count), "clamp_angle": [0.0, 0.02]}
     return in_mountings(slipping(combined(**axes, mu0=[0.2], dx0=[0.001])), 0.0)
@@ -113,13 +121,25 @@ def cycles(count):
         status="slip",
         phase="stick",
         footpoint=footpoint,
+        x1=0.45 + 0.05 * (rows.cycle - 1),
         alpha=-np.arctan(6.0 * rows.x0),
         stability=1.0 - rows.x0,
         stability_aside=0.5 - rows.x0,
+        s_c=1.0,
         reaction_fx=rows.x0,
         reaction_fy=-1.0,
         reaction_m=0.5 - rows.x0,
         **shapes(footpoint, 0.45 - rows.x0),
+    )
+
+
+def slipping_once(count):
+    """Scans of more and more cycles, each of which ends with a slip."""
+    rows = cycles(max(count, 2))
+    is_slip = (rows.x0 == 0.0) & (rows.cycle > 1)
+    rows["cycle"] -= is_slip.astype(int)
+    return rows.assign(
+        phase=np.where(is_slip, "slip", "stick"), shape_phi=[np.full(30, 1.2)] * len(rows)
     )
 
 
@@ -218,10 +238,12 @@ ROWS = {
     "ringing": vibrating,
     "swing": swinging,
     "mounting": mounted,
+    "slopes": of_slopes,
     "change": deviating,
     "versus": against_cylinders,
     "scan": cycles,
     "period": cycles,
+    "slip": slipping_once,
     "signals": cycles,
     "state": states,
     "models": both_contacts,

@@ -27,12 +27,13 @@ PAGES = {
 TERMS = {
     ("index", "How to cite"): "cite, citation, authors, DOI, license, BibTeX",
     ("install", "Install"): "conda, Python version, Windows",
+    ("reproduce", "Reproduce the paper"): "CORES, logs, log of a job",
     ("reproduce", "Archive a study"): "archive, Zenodo, RO-Crate, publication",
     ("reproduce", "Values of θ, μ0, η and Δx0"): "theta grid, θ grid, theta values",
     ("study", "Resume and extend"): "resume, continue, interrupted run, chunk",
     ("study", "A figure of your own"): "new kind of figure, figure of your own, script",
     ("study", "Point or line contact"): "point contact, line contact",
-    ("cluster", "On a cluster"): "cluster, SLURM, PBS, queue, job",
+    ("cluster", "On a cluster"): "cluster, SLURM, PBS, queue, job, partition",
     ("ci", "Results in CI"): "CI, continuous integration, GitHub Actions",
     ("python", "Python"): "friction from travel, friction_from_travel, solve_onset",
     ("python", "Gallery"): "gallery, examples",
@@ -42,11 +43,12 @@ TERMS = {
     ): "recording, own recording, friction from recording, measurement, friction coefficient",
     ("friction", "Your file"): "tare, zero, import, CSV",
     ("friction", "Tolerances"): "tolerance, uncertainty, confidence interval",
-    ("model", "Self-locking"): "lock, self-locking, mu_lock, μ_lock",
+    ("model", "Self-locking"): "self-locking, mu_lock, μ_lock",
+    ("model", "Not covered"): "hollow, gravity, limits, limits of the model",
     ("model", "Line contact"): "flat segment, s_c",
     ("lateral", "Lateral buckling"): "swings_aside, x0_trail",
-    ("glossary", "Symbols"): "theta, θ, mu0, μ0, eta, η, dx0, Δx0, taper factor, step",
-    ("glossary", "Status"): "status, out_of_reach, failed, ends_by",
+    ("glossary", "Symbols"): "theta, θ, mu0, μ0, eta, η, dx0, Δx0, taper factor, step, x0,max",
+    ("glossary", "Status"): "status, out_of_reach, failed, ends_by, lock",
     ("study_file", "Grids"): "grid, axis, range",
     ("study_file", "Figures"): "figure, kind of figure",
     ("tables", "Reading a table"): "R, tables in R, pandas, Polars, DuckDB, Parquet",
@@ -73,10 +75,11 @@ def with_terms(app: Sphinx, page: str, source: list[str]) -> None:
     """Insert the terms of `TERMS` as index entries before their heading."""
     for (place, heading), terms in TERMS.items():
         if place == page:
-            # A search lists main entries, marked by !, before all other results.
-            entry = f"```{{index}} !{terms.replace(', ', ', !')}\n```\n\n"
+            # A search lists main entries, marked by !, before all other results. An entry without
+            # "single:" would end at a comma, as in x0,max.
+            entries = [f"```{{index}} !single: {term}\n```\n\n" for term in terms.split(", ")]
             title = re.compile(rf"^(#+ {heading})$", re.MULTILINE)
-            source[0] = title.sub(rf"{entry}\1", source[0], count=1)
+            source[0] = title.sub(rf"{''.join(entries)}\1", source[0], count=1)
 
 
 class NumbersOfEquations(SphinxPostTransform):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vibrissa.sticking.vibration import free_frequencies as free_frequencies
     from vibrissa.tables.frames import read_table as read_table
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 __getattr__, __all__ = attached(
     __name__,

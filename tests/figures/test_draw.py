@@ -1,19 +1,23 @@
 """Each kind of figure shows what its table has."""
 
+import itertools
 from functools import cache
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex
+from matplotlib.text import Text
+from PIL import Image
 
 import made_tables
 from figure_rows import ROWS, THETA, both_contacts, combined, slipping, states
 from vibrissa import solve_curve, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
-from vibrissa.figures import style
-from vibrissa.figures.draw import KINDS, draw
+from vibrissa.figures import animation, labels, style
+from vibrissa.figures.draw import KINDS, animate, draw
 from vibrissa.figures.regimes import REGIMES
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
@@ -84,6 +88,13 @@ def legend_of(figure):
     return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
+def names_of(axes):
+    """Names at the ends of lines, with their colours."""
+    return {
+        text.get_text(): text.get_color() for text in axes.texts if text.get_gid() == style.NAMED
+    }
+
+
 def test_taper_figure_shows_marks_and_onset_of_each_friction_that_is_chosen():
     chosen = {"grid": "main", "dx0": [0.001], "mu0": [0.2, 0.4], "theta": [1.0, 2.0]}
     figure = draw("taper", points(), chosen)
@@ -93,7 +104,8 @@ def test_taper_figure_shows_marks_and_onset_of_each_friction_that_is_chosen():
         found = rows(points(), grid="main", dx0=0.001, mu0=mu0).sort_values("theta")[:2]
         assert is_line(onset, found["theta"], found["x0_slip"])
         assert is_line(marks, found["theta"], found["x0_max"])
-        assert rf"$\mu_0 = {mu0:g}$" in legend_of(figure)
+        assert names_of(figure.axes[0])[rf"$\mu_0 = {mu0:g}$"] == marks.get_color()
+    assert not any("mu_0" in text for text in legend_of(figure))
 
 
 def lost(made, columns):
@@ -150,45 +162,78 @@ def test_a_friction_figure_of_few_levels_has_one_panel_and_marks_what_failed():
 
 
 def shapes_in(axes):
-    """Shapes of every step, and those that begin and end a period."""
-    every, begin, end = axes.collections
-    colors = [to_hex(one.get_edgecolor()[0]) for one in (every, begin, end)]
-    assert colors == [style.SHAPE, style.START, style.END]
-    return [one.get_segments() for one in (every, begin, end)]
+    """Shapes that begin and end a period."""
+    lines = [one for one in axes.collections if isinstance(one, LineCollection)]
+    by_color = {to_hex(one.get_edgecolor()[0]): one.get_segments() for one in lines}
+    return [by_color[color] for color in (style.START, style.END)]
+
+
+def area_in(axes):
+    """Corners of the area over which the rod passes while its tip sticks."""
+    areas = [one for one in axes.collections if isinstance(one, PolyCollection)]
+    areas = [one for one in areas if style.SHAPE in map(to_hex, one.get_facecolor())]
+    return np.concatenate([path.vertices for one in areas for path in one.get_paths()])
+
+
+def slips_in(axes):
+    """Beginning and end of each slip that is drawn."""
+    arcs = [line for line in axes.lines if len(line.get_xdata()) == 13]
+    return [(line.get_xdata()[0], line.get_xdata()[-1]) for line in arcs]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mu0", [0.3, 0.9])
-def test_scan_figures_have_a_panel_of_one_scale_for_each_taper(mu0):
+def test_scan_figures_have_a_panel_for_each_taper(mu0):
     chosen = {"scan": "runs", "theta": [2.0, 3.0], "mu0": [mu0]}
     figure = draw("scan", scans(), chosen)
-    style.save(figure, [])
-    spans = []
     for theta, axes in zip((2.0, 3.0), figure.axes, strict=True):
         found = rows(scans(), theta=theta, mu0=mu0).sort_values("footpoint")
-        every, begin, end = shapes_in(axes)
-        assert len(every) == len(found)
-        assert np.array_equal(every[3][:, 0], found["shape_x"].iloc[3])
+        begin, end = shapes_in(axes)
         sticking = found[found["phase"] == "stick"]
         last = sticking.groupby("cycle").tail(1)
         assert len(begin) == (found["x0"] == 0).sum() and len(end) == len(last)
         assert np.array_equal(end[0][:, 0], last["shape_x"].iloc[0])
-        assert rf"$\theta = {theta:g}$" in axes.texts[0].get_text()
-        width = axes.get_position().width * figure.get_figwidth()
-        spans.append(width / np.ptp(axes.get_xlim()))
-    assert spans[0] == pytest.approx(spans[1], rel=0.02)
-    assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
+        assert rf"$\theta = {theta:g}$" in axes.get_title("left")
+        after = found[found["phase"] == "slip"]
+        starts, stops = zip(*slips_in(axes), strict=True)
+        assert list(stops) == pytest.approx(list(after["x1"]))
+        assert list(starts) == pytest.approx(list(last["x1"][: len(after)]))
+        length = rf"$x_{{0,\mathrm{{max}}}} = {last['x0'].iloc[0]:g}$"
+        assert length in [text.get_text() for text in axes.texts]
+
+
+@pytest.mark.slow
+def test_all_figures_of_a_scan_have_one_scale_and_the_same_axes():
+    tapers, frictions = (2.0, 3.0), (0.2, 0.3)
+    parts = [scan_table(curve_of(theta), theta, mu0) for theta in tapers for mu0 in frictions]
+    scales, limits = [], []
+    for chosen in ({"mu0": [0.3]}, {"mu0": [0.2]}, {"mu0": [0.2], "theta": [2.0]}, {}):
+        figure = draw("scan", pa.concat_tables(parts), {"scan": "runs", **chosen})
+        style.save(figure, [])
+        for axes in figure.axes:
+            width = axes.get_position().width * figure.get_figwidth()
+            scales.append(width / np.ptp(axes.get_xlim()))
+            # A single panel has room for names on its right.
+            right = axes.get_xlim()[1] if len(figure.axes) > 1 else None
+            limits.append((axes.get_xlim()[0], right, *axes.get_ylim()))
+    assert scales == pytest.approx([scales[0]] * (2 + 2 + 1 + 4), rel=0.02)
+    assert len({limit for limit in limits if limit[1]}) == 1
+    assert len({(left, low, high) for left, _, low, high in limits}) == 1
 
 
 @pytest.mark.parametrize("mu0", [0.3, 0.9])
 def test_period_figure_shows_the_first_period_of_sticking(mu0):
     figure = draw("period", scans(), {"scan": "runs", "theta": [2.0], "mu0": [mu0]})
     found = rows(scans(), theta=2.0, mu0=mu0, cycle=1, phase="stick").sort_values("footpoint")
-    every, (begin,), (end,) = shapes_in(figure.axes[0])
-    assert len(every) == len(found)
+    (begin, after), (end,) = shapes_in(figure.axes[0])
     assert np.array_equal(begin[:, 0], found["shape_x"].iloc[0])
     assert np.array_equal(end[:, 0], found["shape_x"].iloc[-1])
-    assert "last sticking state" in legend_of(figure)
+    slipped = rows(scans(), theta=2.0, mu0=mu0, cycle=1, phase="slip").iloc[0]
+    assert np.array_equal(after[:, 0], slipped["shape_x"])
+    # The area in which the rod was while its tip stuck.
+    corners, across = area_in(figure.axes[0])[:, 0], np.concatenate(list(found["shape_x"]))
+    extent = pytest.approx((across.min(), across.max()), abs=0.01)
+    assert (corners.min(), corners.max()) == extent
 
 
 def test_a_scan_without_a_result_is_named_beside_the_others():
@@ -199,7 +244,7 @@ def test_a_scan_without_a_result_is_named_beside_the_others():
 
 def test_a_scan_may_have_many_panels():
     rows = pd.concat([ROWS["scan"](1).assign(theta=theta) for theta in range(1, 8)])
-    assert KINDS["scan"].plot(rows).axes[6].texts[0].get_text().startswith("(g)")
+    assert KINDS["scan"].plot(rows).axes[6].get_title("left").startswith("(g)")
 
 
 def test_state_figure_shows_shape_contact_and_clamp_to_scale():
@@ -207,18 +252,21 @@ def test_state_figure_shows_shape_contact_and_clamp_to_scale():
     table = records.states_table(found, "a")
     figure = draw("state", table, {"state": [*found]})
     (axes,) = figure.axes
-    assert axes.get_aspect() == 1 and {*found} < set(legend_of(figure))
+    assert axes.get_aspect() == 1 and {"$x_1 = 0.15$", "$x_1 = 0.45$"} <= set(legend_of(figure))
     lines = drawn(axes)
-    for i, row in enumerate(table.to_pylist()):
-        shape, contact = lines[1 + 2 * i : 3 + 2 * i]
-        assert is_line(shape, row["shape_x"], row["shape_y"])
-        assert is_line(contact, [row["x1"]], [row["eta"]])
+    forces = [text.get_text() for text in axes.texts if text.get_text().startswith("$f = ")]
+    for row, force in zip(table.to_pylist(), forces, strict=True):
+        assert any(is_line(line, row["shape_x"], row["shape_y"]) for line in lines)
+        (contact,) = (line for line in lines if is_line(line, [row["x1"]], [row["eta"]]))
         assert (contact.get_markerfacecolor() == "white") == row["penetrates"]
-    assert is_line(lines[-1], [0], [0])
+        assert force == f"$f = {row['f']:.1f}$"
+    beyond = [line for line in lines if line.get_color() == style.WARNING and line.get_alpha()]
+    assert len(beyond) == sum(state.penetrates for state in found.values())
+    assert np.nanmin(beyond[0].get_ydata()) > 0.55
     (x_low, x_high), (y_low, y_high) = axes.get_xlim(), axes.get_ylim()
     for line in lines[1:]:
-        assert x_low <= min(line.get_xdata()) and max(line.get_xdata()) <= x_high
-        assert y_low <= min(line.get_ydata()) and max(line.get_ydata()) <= y_high
+        assert x_low <= np.nanmin(line.get_xdata()) and np.nanmax(line.get_xdata()) <= x_high
+        assert y_low <= np.nanmin(line.get_ydata()) and np.nanmax(line.get_ydata()) <= y_high
 
 
 def test_states_without_a_result_are_named_and_many_have_a_colourbar():
@@ -431,7 +479,7 @@ def test_a_law_needs_a_lock():
 
 def test_a_series_without_a_point_that_slips_is_named():
     figure = draw("past_lock", points(), {"grid": "locks", "mu0": [0.9]})
-    assert r"$\theta = 2$" in [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {*names_of(figure.axes[0])} == {r"$\theta = 2$"}
 
 
 def test_a_curvature_is_chosen_with_its_powers(tmp_path):
@@ -452,3 +500,116 @@ def test_a_curvature_is_chosen_with_its_powers(tmp_path):
 def test_single_points_are_seen(kind):
     line = drawn(KINDS[kind].plot(ROWS[kind](1).head(1)).axes[0])[0]
     assert line.get_marker() == "o"
+
+
+def test_a_single_state_has_its_angle_and_a_name_is_needed_only_for_several():
+    found = {"inside": solve_state(1, 0.55, 0.15)}
+    figure = draw("state", records.states_table(found, "a"), {"state": [*found]})
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    assert rf"$\varphi_1 = {found['inside'].phi1:.3f}$" in texts and not figure.legends
+
+
+def test_states_are_named_by_what_differs_and_else_by_their_own_names():
+    tip, line = solve_state(1, 0.55, 0.15), solve_state(1, 0.55, 0.15, contact="line")
+    for found, names in (
+        ({"a_b": tip, "c": line}, ["tip contact", "line contact"]),
+        ({"a_b": line, "c": line}, ["A b", "C"]),
+    ):
+        figure = draw("state", records.states_table(found, "a"), {"state": [*found]})
+        assert legend_of(figure) == names
+
+
+def test_names_at_lines_follow_the_limits_of_a_study_file():
+    looks = {5.0: {}, 3.0: {"axes": {"x": [1.0, 3.0]}}}
+    for last, look in looks.items():
+        (axes,) = draw("locking", plane(), {"grid": "plane"}, look=look).axes
+        assert {*names_of(axes)} == {r"$\eta = 0.7$", r"$\eta = 0.85$"}
+        for text in axes.texts:
+            (line,) = (line for line in axes.lines if line.get_label() == text.get_text())
+            x, y = axes.transData.inverted().transform(axes.transAxes.transform(text.xy))
+            assert x == pytest.approx(last)
+            assert y == pytest.approx(line.get_ydata()[list(line.get_xdata()).index(last)])
+
+
+def test_slopes_are_derivatives_at_the_ideal_mounting_and_bent_lines_are_drawn():
+    """Made-up lines: 0.5 − β for μ_lock; 1 + 2β + 40β² for the onset."""
+    made = ROWS["slopes"](2)
+    beta, degree = made.clamp_angle, np.radians(1.0)
+    made = made.assign(mu_lock=0.5 - beta, x0_slip=1.0 + 2.0 * beta + 40.0 * beta**2)
+    loads = {"fx": 3.0, "fy": -4.0, "m": 1.0 + 20.0 * beta}
+    made = made.assign(**{f"reaction_{name}_slip": load for name, load in loads.items()})
+    table, *bent = KINDS["slopes"].plot(made).axes
+    numbers = [text.get_text() for text in table.texts]
+    for slope in (-100.0 * degree / 0.5, 200.0 * degree, 2000.0 * degree / 5.0):
+        assert numbers.count(f"{slope:+.1f}".replace("-", "−")) == 4
+    # Only the onset leaves its tangent by more than 15 %: by 40 %.
+    shown = [axes.get_title("left") for axes in bent if axes.get_visible()]
+    assert len(shown) == 2 and all("x_{0" in title for title in shown)
+    assert len(table.patches) == 4
+    assert len(KINDS["slopes"].plot(made.assign(x0_slip=1.0 + beta)).axes) == 1
+
+
+def test_one_value_far_beyond_the_others_does_not_set_the_scale_and_is_written():
+    made = ROWS["change"](20)
+    is_far = (made.clamp_angle > 0.0) & (made.theta == THETA[3]) & (made.eta == made.eta.min())
+    onset = np.where(made.clamp_angle == 0.0, 1.0, np.where(is_far, 1.5, 1.1))
+    panel = KINDS["change"].plot(made.assign(mu_lock=0.5, x0_slip=onset)).axes[1]
+    assert panel.collections[0].get_clim() == pytest.approx((-10.0, 10.0))
+    assert [text.get_text() for text in panel.texts] == ["+50"]
+
+
+def test_the_border_of_line_contact_is_drawn():
+    made = ROWS["change"](3)
+    made = made.assign(contact=np.where(made.theta > 2.1, "line", "point"))
+    panel = KINDS["change"].plot(made).axes[1]
+    places = [x for line in drawn(panel) for x in line.get_xdata()]
+    assert places == [0.5 * (2.0 + 2.25)] * 6
+
+
+@pytest.mark.slow
+def test_the_poster_shows_the_states_before_and_after_the_slip():
+    figure = draw("slip", scans(), {"scan": "runs", "theta": [2.0], "mu0": [0.3]})
+    _, needed, loads = figure.axes
+    found = rows(scans(), theta=2.0, mu0=0.3).sort_values("footpoint")
+    first = found[found["cycle"] == 1]
+    last, slipped = (first[first["phase"] == phase].iloc[-1] for phase in ("stick", "slip"))
+    marks = [line for line in needed.lines if len(line.get_xdata()) == 1]
+    assert len(marks) == 3 and marks[0].get_ydata()[0] == pytest.approx(0.0, abs=1e-9)
+    for mark, state in zip(marks[1:], (last, slipped), strict=True):
+        assert mark.get_xdata()[0] == state["footpoint"]
+        assert mark.get_ydata()[0] == pytest.approx(-np.tan(state["alpha"]))
+    assert {*names_of(loads)} == {"$f_x$", "$f_y$"}
+    assert is_line(loads.lines[0], found["footpoint"], found["reaction_fx"])
+    (text,) = draw("slip", scans(), {"scan": "runs", "theta": [1.0], "mu0": [0.3]}).axes[0].texts
+    assert text.get_text().startswith("failed")
+
+
+@pytest.mark.slow
+def test_an_animation_moves_all_rods_of_a_scan(tmp_path, monkeypatch):
+    monkeypatch.setattr(animation, "FRAMES", 4)
+    animate(scans(), {"scan": "runs", "mu0": [0.3]}, tmp_path / "film.apng")
+    with Image.open(tmp_path / "film.apng") as film:
+        assert film.format == "PNG" and film.n_frames == 4
+        frames = []
+        for number in range(4):
+            film.seek(number)
+            frames.append(np.asarray(film.convert("RGB"), dtype=int))
+    for before, after in itertools.pairwise(frames):
+        # Something moves in each of the two panels.
+        moved = np.flatnonzero(np.abs(after - before).sum(axis=(0, 2)))
+        assert moved.min() < frames[0].shape[1] // 2 < moved.max()
+
+
+def test_names_of_lines_that_end_at_one_place_do_not_overlap():
+    with style.applied():
+        figure, axes = style.axes(2.6)
+        for i, end in enumerate((0.5, 0.501, 0.502, 0.9)):
+            axes.plot([0.0, 1.0], [0.0, end], label=f"line {i}")
+        labels.at_ends(axes)
+        style.save(figure, [])
+        texts = [text for text in axes.texts if text.get_gid() == style.NAMED]
+        # Without the lines that lead to the names.
+        boxes = [Text.get_window_extent(text) for text in texts]
+    assert [text.get_text() for text in texts] == [f"line {i}" for i in range(4)]
+    for below, above in itertools.pairwise(boxes):
+        assert below.y1 <= above.y0 + 1.0

@@ -9,7 +9,7 @@ from figure_rows import ROWS, drawn
 from vibrissa.figures import style
 from vibrissa.figures.kinds import KINDS
 
-TO_SCALE = ("scan", "period", "state", "swing")
+TO_SCALE = ("scan", "period", "slip", "state", "swing")
 # Kinds whose series have colours, by the quantity that tells them apart.
 SERIES = {
     "taper": r"\mu_0",

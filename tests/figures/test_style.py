@@ -7,12 +7,13 @@ import pandas as pd
 import pytest
 
 from figure_rows import drawn
+from vibrissa import provenance
 from vibrissa.figures import style
 from vibrissa.figures.series import Series
 
 GOLDEN = {
     "pdf.fonttype": 42,
-    "svg.fonttype": "none",
+    "svg.fonttype": "path",
     "font.family": ["STIXGeneral", "DejaVu Serif"],
     "mathtext.fontset": "stix",
     "font.size": 8,
@@ -34,15 +35,19 @@ def test_files_embed_truetype_whole_texts_and_the_same_table_gives_the_same_byte
     contents = []
     for run in "ab":
         paths = [tmp_path / f"{run}.{ending}" for ending in starts]
-        style.save(drawn("law", 2), paths)
+        style.save(drawn("law", 2), paths, "Law", "mine")
         contents.append({path.suffix[1:]: path.read_bytes() for path in paths})
     first, second = contents
     assert first == second and len(list(tmp_path.iterdir())) == 6
     assert all(first[ending].startswith(start) for ending, start in starts.items())
     kinds = set(re.findall(rb"/Subtype /(Type3|Type0|CIDFontType2|TrueType|Type1)\b", first["pdf"]))
     assert kinds <= {b"Type0", b"CIDFontType2", b"TrueType"} and kinds
+    for ending in starts:
+        assert b"Law" in first[ending] and b"study mine" in first[ending]
+        assert provenance.commit().encode() in first[ending]
     assert b"CreationDate" not in first["pdf"] and b"dc:date" not in first["svg"]
-    assert b"<text" in first["svg"]  # else texts are paths
+    # Outlines look the same where the typeface is missing.
+    assert b"<text" not in first["svg"] and b"font-family" not in first["svg"]
 
 
 @pytest.mark.slow

@@ -60,6 +60,8 @@ def test_help_names_every_target():
     makefile = (ROOT / "Makefile").read_text()
     targets = set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE)) - {"help"}
     assert targets == set(re.findall(r'@echo "  make ([a-z-]+)', makefile))
+    screen = makefile.partition("\nhelp:\n")[2].partition("\n\n")[0]
+    assert max(map(len, re.findall(r'^\t@echo "(.*)"$', screen, re.MULTILINE))) <= 80
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 from vibrissa.cli.app import app
 
 pytest.importorskip("sphinx")
+nodes = pytest.importorskip("docutils.nodes")
+new_document = pytest.importorskip("docutils.utils").new_document
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -35,7 +37,17 @@ def test_terms_that_a_search_finds_first_have_their_headings():
         assert re.search(rf"^#+ {heading}$", (DOCS / f"{page}.md").read_text(), re.MULTILINE)
     source = ["# Trust\n\n## Accuracy\n"]
     tool("links").with_terms(None, "trust", source)
-    assert "!accuracy, !error" in source[0].partition("## Accuracy")[0]
+    assert "!single: accuracy\n" in source[0].partition("## Accuracy")[0]
+    assert "!single: error\n" in source[0].partition("## Accuracy")[0]
+
+
+def test_excerpts_keep_the_places_of_a_page():
+    page = new_document("page")
+    page += nodes.section("", nodes.title(text="A < B"), nodes.paragraph(text="words"), ids=["a-b"])
+    page[0] += nodes.section("", nodes.paragraph(text="more"), ids=["inner", "index-1"])
+    text = tool("excerpts").sections(page)
+    start, inner = '<section id="a-b">', '<section id="inner"><section id="index-1">'
+    assert text == f"{start}A &lt; B\nwords\n{inner}more\n</section></section></section>"
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,7 @@ def test_the_study_is_what_is_written(read):
     state = {"theta": 1.5, "eta": 0.55, "x1": 0.15, "contact": "line"}
     assert study.states["single"].params(Contact.LINE) == state
     figures = {name: figure.params() for name, figure in study.figures.items()}
-    assert figures["taper"]["selection"] == {"grid": "main"}
+    assert figures["taper"]["selection"] == {"grid": ["main"]}
     assert figures["taper"]["table"] == "stiction"
     assert figures["state"]["selection"] == {"state": ["single"]}
     shown = {"scan": "runs", "theta": [3.0], "mu0": [0.32], "dx0": [0.002]}
@@ -158,7 +158,7 @@ def test_a_script_is_a_file_of_the_user(read, tmp_path):
     (tmp_path / "mine.py").touch()
     study = read(edited(("kind: taper, grid: main", "kind: script, script: mine.py, grid: main")))
     assert study.figure_params["taper"]["script"] == (tmp_path / "mine.py").as_posix()
-    assert study.figure_params["taper"]["selection"] == {"grid": "main"}
+    assert study.figure_params["taper"]["selection"] == {"grid": ["main"]}
 
 
 def test_a_figure_makes_its_formats_and_the_png_of_the_report(read):
@@ -221,6 +221,9 @@ WRONG = {
     "open brace": ("Some words.", "'x{'", "24: figures.taper.caption", "for a brace write {{"),
     "limits": ("caption:", "axes: {x: [.nan, 1]}, caption:", "24: figures.taper.axes.x", "finite"),
     "format": ("caption:", "formats: [jpg], caption:", "24: figures.taper.formats", "'jpg'"),
+    "film": ("caption:", "formats: [apng], caption:", "24: figures.taper.formats", "kind scan"),
+    "grids": ("taper, grid: main", "taper, grid: [main, main]", "24: figures.taper", "one grid"),
+    "slopes": ("taper, grid: main", "slopes, grid: main", "24: figures.taper", "no axis of the"),
     "size": ("caption:", "size: [0, 3], caption:", "24: figures.taper.size", "0 is not"),
     "no script": ("kind: taper,", "kind: script,", "24: figures.taper", "missing 'script'"),
     "lost script": ("taper, grid: main", "script, script: x.py, grid: main", "24:", "no file x.py"),

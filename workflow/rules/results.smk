@@ -32,6 +32,7 @@ rule figures:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
+        study=STUDY.name,
         figures={name: FIGURES[name] for name in FIGURES if name not in SCRIPTED},
         captions={name: figure["caption"] for name, figure in FIGURES.items()},
         study_parts=STUDY_PARTS,
@@ -65,6 +66,7 @@ for figure in SCRIPTED:
             "../envs/vibrissa.yaml"
         threads: 1
         params:
+            study=STUDY.name,
             figures={figure: SCRIPTED[figure]},
             captions=None,
             study_parts=STUDY_PARTS,

@@ -4,11 +4,14 @@ from pathlib import Path
 
 from vibrissa.errors import TableError
 from vibrissa.figures import style
-from vibrissa.figures.draw import draw
+from vibrissa.figures.draw import animate, draw
 from vibrissa.files import write_atomically
 from vibrissa.pipeline import jobs, outdated
 from vibrissa.tables import query
 from vibrissa.wording import figure_name
+
+# Format of an animation; all other files have the figure itself.
+ANIMATED = "apng"
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
@@ -16,7 +19,9 @@ with jobs.logged(snakemake.log[0]):
     folder = Path(snakemake.output[0]).parent
     for name, figure in params.figures.items():
         print(f"drawing {name}")
-        paths = [folder / f"{name}.{ending}" for ending in (*figure["formats"], "png")]
+        endings = [ending for ending in (*figure["formats"], "png") if ending != ANIMATED]
+        paths = [folder / f"{name}.{ending}" for ending in endings]
+        film = folder / f"{name}.{ANIMATED}" if ANIMATED in figure["formats"] else None
         failed = folder / f"{name}{outdated.FAILED}"
         failed.unlink(missing_ok=True)
         try:
@@ -27,7 +32,9 @@ with jobs.logged(snakemake.log[0]):
                 script=figure["script"],
                 look=figure,
             )
-            style.save(drawn, paths)
+            style.save(drawn, paths, figure_name(name), params.study)
+            if film:
+                animate(tables[figure["table"]], figure["selection"], film)
         except (OSError, TableError):
             raise
         except Exception as error:
@@ -35,6 +42,8 @@ with jobs.logged(snakemake.log[0]):
             print(f"error: {error}")
             failed.write_text(f"{error}\n", encoding="utf-8")
             style.save(style.message(f"{figure_name(name)} could not be drawn: {error}"), paths)
+            if film:
+                film.write_bytes(paths[-1].read_bytes())
     if params.captions is not None:
         text = "# Figures\n"
         for name, caption in params.captions.items():

@@ -15,6 +15,7 @@ with jobs.logged(snakemake.log[0]):
             key=key,
             caption=figure["caption"],
             png=Path(path).read_bytes(),
+            leads=figure["kind"] == "slip",
             selection=figure["selection"],
         )
         for (key, figure), path in zip(

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from vibrissa.figures import style
+from vibrissa.figures import labels, style
 from vibrissa.figures.kinds import kind
 from vibrissa.figures.series import Series
 
@@ -43,5 +43,7 @@ def models(rows: pd.DataFrame) -> Figure:
     errors.set(xlabel=style.TAPER, ylabel=r"error of $x_{0,\mathrm{slip}}$ in tip contact / %")
     locks.set(xlabel=style.TAPER, ylabel=style.LOCKING_FRICTION)
     style.from_zero(locks)
+    labels.at_ends(errors)
+    labels.at_ends(locks)
     series.explain(errors)
     return figure

@@ -14,16 +14,28 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrissa.errors import ArgumentError
-from vibrissa.figures import comparisons, lateral, mountings, points, regimes, scans, states, style
+from vibrissa.figures import (
+    animation,
+    comparisons,
+    labels,
+    lateral,
+    mountings,
+    points,
+    regimes,
+    scans,
+    slip,
+    states,
+    style,
+)
 from vibrissa.figures.kinds import KINDS
 from vibrissa.outcomes import NO_RESULT
 from vibrissa.study.axes import sortable
 from vibrissa.study.chunks import spell_powers
-from vibrissa.study.figures import DRAW
+from vibrissa.study.figures import DRAW, TABLES
 from vibrissa.tables import query
 
 # Importing them registers their kinds.
-FAMILIES = (points, regimes, lateral, mountings, scans, states, comparisons)
+FAMILIES = (points, regimes, lateral, mountings, scans, slip, states, comparisons)
 
 
 def draw(
@@ -62,11 +74,23 @@ def draw(
             figure = _scripted(script, rows)
         elif "status" in rows and rows["status"].isin(NO_RESULT).all():
             return _failure(rows)
+        elif KINDS[kind].is_scaled_by_all:
+            source = {key: selection[key] for key in TABLES if key in selection}
+            figure = KINDS[kind].plot(rows, query.frame(table, columns, _condition(source)))
+        elif KINDS[kind].is_scaled_by_all:
+            source = {key: selection[key] for key in TABLES if key in selection}
+            figure = KINDS[kind].plot(rows, query.frame(table, columns, _condition(source)))
         else:
             figure = KINDS[kind].plot(rows)
         # The maps of `regimes` have equal axes.
         _adjust(figure, figure.axes if kind == "regimes" else figure.axes[:1], look or {})
     return figure
+
+
+def animate(table: query.Readable, selection: Mapping[str, Any], path: Path) -> None:
+    """Write the selected scans that have a result as an animation; see `draw`."""
+    rows = query.frame(table, animation.COLUMNS, _condition(selection))
+    animation.save(rows[rows["footpoint"].notna()], path)
 
 
 def _condition(selection: Mapping[str, Any]) -> pc.Expression:
@@ -118,6 +142,10 @@ def _adjust(figure: Figure, panels: Sequence[Axes], look: Mapping[str, Any]) -> 
             for axis in axes.get("log", ()):
                 panel.autoscale(axis=axis)  # a limit may be 0
             panel.set(**scales | limits)
+            if any(text.get_gid() == style.NAMED for text in panel.texts):
+                labels.at_ends(panel)
+            if any(text.get_gid() == style.NAMED for text in panel.texts):
+                labels.at_ends(panel)
 
 
 def _failure(rows: pd.DataFrame) -> Figure:

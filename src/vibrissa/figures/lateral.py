@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from vibrissa.figures import style
+from vibrissa.figures import labels, marks, style
 from vibrissa.figures.kinds import POINT, SCAN, kind
 from vibrissa.figures.series import Series
 from vibrissa.figures.style import SURFACE, THIN
@@ -22,6 +22,10 @@ MARGINS = {"stability": "in the plane", "stability_aside": "out of the plane"}
 TURNS = pd.DataFrame({"turn": np.arange(0.0, 181.0, 30.0)})
 # Largest number of steps drawn before and after lateral buckling, and their largest distance (L).
 BESIDE, NEAR_SWING = 3, 0.3
+BEFORE: style.Look = {"color": style.START, "linestyle": "-"}
+AFTER: style.Look = {"color": style.END, "linestyle": style.DASHES[1]}
+# Width of the panels (inch), and room beside the rods (L).
+WIDTH, OUTSIDE = 2.4, 0.05
 # Oblique projection: shares of the depth z that are drawn to the right and upwards.
 DEPTH = np.array([0.45, 0.3])
 
@@ -38,9 +42,10 @@ def past_lock(rows: pd.DataFrame) -> Figure:
     swing = locks["x0_end"].where(locks["ends_by"] == "swings_aside")
     until = locks["x0_trail"].where(swing.notna(), locks["x0_end"])
     locks = locks.assign(swing=swing, until=until, after=until - 2.0 * swing)
+    solid: style.Look = {"linestyle": "-"}
     for panel, end in ((first, "until"), (later, "after")):
-        series.lines(panel, slips, "mu0", "x0_slip")
-        series.lines(panel, locks, "mu0", end, label=None)
+        series.lines(panel, slips, "mu0", "x0_slip", label=None, **solid)
+        series.lines(panel, locks, "mu0", end, **solid)
         # Jump from the onset at the lock to the end of sticking just above μ_lock.
         jumps = locks.dropna(subset=end).sort_values("mu0").drop_duplicates("theta")
         ends, colors = (jumps["x0_lock"], jumps[end]), jumps["theta"].map(series.color)
@@ -52,6 +57,8 @@ def past_lock(rows: pd.DataFrame) -> Figure:
     first.set_ylabel("end of first period / $L$")
     style.from_zero(first)
     later.set(xlabel=style.FRICTION, ylabel="length of a later period / $L$", yscale="log")
+    labels.at_ends(first)
+    labels.at_ends(later)
     series.explain([first, later])
     return figure
 
@@ -67,6 +74,7 @@ def margins(rows: pd.DataFrame) -> Figure:
         panel.axhline(0.0, color=SURFACE, linewidth=0.6)
         panel.set_xlabel("clamp displacement $x_0$ / $L$")
         panel.set_ylabel(f"smallest eigenvalue {name}")
+        labels.at_ends(panel)
     series.explain(list(panels))
     return figure
 
@@ -95,25 +103,42 @@ def swing(rows: pd.DataFrame) -> Figure:
     swung = swung_aside(steps)
     if not swung.any() or swung.all():
         return style.message("the scan has no states after lateral buckling")
-    figure = style.page(4.6)
-    panels = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
     last = steps[~swung].iloc[-1]
     near = steps[(steps["footpoint"] - last["footpoint"]).abs() < NEAR_SWING]
-    for after, color, label in ((False, style.START, "before"), (True, style.END, "after")):
+    figure, panels = _views(last, near["footpoint"])
+    _surface(panels[0], last, near["footpoint"])
+    for after, look, label in ((False, BEFORE, "before"), (True, AFTER, "after")):
         some = near[swung[near.index] == after]
         for place in np.linspace(0, len(some) - 1, min(BESIDE, len(some))).astype(int):
-            look = {"color": color, "linewidth": 0.6, "label": f"{label} it buckles"}
-            _rod(panels, some.iloc[place], 0.0, **look)
+            _rod(panels, some.iloc[place], 0.0, linewidth=0.7, label=f"{label} it buckles", **look)
     series = Series(TURNS, "turn")
     for turn in series.values:
         _rod(panels, last, turn, color=series.color(turn), linewidth=1.4)
-    _surface(panels[0], last, near["footpoint"])
-    for panel, name in zip(panels, ("$y$", "$z$ (from above)"), strict=True):
+    for panel in panels:
         panel.plot(near["footpoint"], 0.0 * near["footpoint"], color="black", linewidth=0.6)
-        panel.plot(last["footpoint"], 0.0, "s", color="black", markersize=4, label="clamp")
-        panel.set(aspect="equal", xlabel="$x$ / $L$", ylabel=f"{name} / $L$")
-    series.explain(list(panels), ncols=3)
+    marks.clamp(panels[0], last["footpoint"])
+    style.legend(figure)
+    series.colorbar(list(panels))
     return figure
+
+
+def _views(row: pd.Series, clamps: pd.Series) -> tuple[Figure, tuple[Axes, Axes]]:
+    """Make two panels of one scale and one abscissa: obliquely from the side, and from above."""
+    out = _reach(row)
+    aside, deep = DEPTH * out
+    left, right = clamps.min() - out - aside - OUTSIDE, clamps.max() + out + aside + OUTSIDE
+    sizes = (row["eta"] + deep + 0.1 + OUTSIDE, 2.0 * out + 2.0 * OUTSIDE)
+    scale = WIDTH / (right - left)
+    figure = style.page(scale * sum(sizes) + 1.3)
+    panels = figure.subplots(2, 1, sharex=True, height_ratios=sizes)
+    panels[0].set(ylim=(-0.1, row["eta"] + deep + OUTSIDE), ylabel="$y$ / $L$")
+    panels[1].set(ylim=(-out - OUTSIDE, out + OUTSIDE), ylabel="$z$ / $L$")
+    panels[0].set_title("obliquely from the side", loc="left", fontsize=7)
+    panels[1].set_title("from above", loc="left", fontsize=7)
+    for panel in panels:
+        panel.set(aspect="equal", xlim=(left, right))
+    panels[1].set_xlabel("$x$ / $L$")
+    return figure, (panels[0], panels[1])
 
 
 def _first_period(rows: pd.DataFrame) -> pd.DataFrame:
@@ -130,6 +155,11 @@ def _rod(panels: tuple[Axes, Axes], row: pd.Series, turn: float, **look: Any) ->
     panels[1].plot(x, z, solid_capstyle="round", **look)
 
 
+def _reach(row: pd.Series) -> float:
+    """Return the largest distance of a rod from the axis of its clamp (L)."""
+    return float(np.abs(np.asarray(row["shape_x"]) - row["footpoint"]).max())
+
+
 def _seen(x: FloatArray, y: FloatArray | float, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Project points in space obliquely onto the figure."""
     return x + DEPTH[0] * z, y + DEPTH[1] * z
@@ -137,7 +167,7 @@ def _seen(x: FloatArray, y: FloatArray | float, z: FloatArray) -> tuple[FloatArr
 
 def _surface(panel: Axes, row: pd.Series, clamps: pd.Series) -> None:
     """Draw the part of the surface that a rod reaches from these clamp positions."""
-    out = float(np.abs(np.asarray(row["shape_x"]) - row["footpoint"]).max())
+    out = _reach(row)
     left, right = clamps.min() - out, clamps.max() + out
     z = out * np.array([-1.0, -1.0, 1.0, 1.0])
     corners = np.stack(_seen(np.array([left, right, right, left]), row["eta"], z), axis=-1)

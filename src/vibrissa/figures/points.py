@@ -4,17 +4,20 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import ConnectionPatch, Rectangle
 
-from vibrissa.figures import style
+from vibrissa.figures import labels, style
 from vibrissa.figures.kinds import POINT, kind
 from vibrissa.figures.series import Series
-from vibrissa.figures.style import COLORS, HOLLOW
+from vibrissa.figures.style import COLORS, HOLLOW, Look
 from vibrissa.study.axes import FREQUENCIES
 
 # The lowest SHOWN_LEVELS levels of the step grid are enlarged if there are MANY_LEVELS or more.
 SHOWN_LEVELS, MANY_LEVELS = 7, 20
 # A lock above this multiple of the largest μ0 stands in the legend alone.
 NEAR = 1.5
+# Colour of the frame of what is enlarged.
+FRAME = "#7a7a7a"
 
 
 @kind("taper", columns=(*POINT, "x0_slip", "x0_max", "penetrates"))
@@ -33,6 +36,7 @@ def taper(rows: pd.DataFrame) -> Figure:
     series.gaps(panel, rows, "theta")
     panel.set(xlabel=style.TAPER, ylabel=style.DISPLACEMENT)
     style.from_zero(panel)
+    labels.at_ends(panel)
     series.explain(panel)
     return figure
 
@@ -49,9 +53,14 @@ def friction(rows: pd.DataFrame) -> Figure:
         figure = style.page(2.6, style.PAGE)
         panel, enlarged = figure.subplots(1, 2, width_ratios=(1.4, 1.0))
         _levels(enlarged, slips[slips["n_steps"] <= levels[SHOWN_LEVELS - 1]], 2.5)
-        enlarged.set_ylabel("lowest levels of the step grid / $L$")
+        enlarged.set_title("enlarged: levels of the step grid", fontsize=8)
         enlarged.set_yticks(levels[:SHOWN_LEVELS] * rows["dx0"].iloc[0])
         enlarged.yaxis.grid(True, linewidth=0.3, color="#cccccc")
+        for side in ("top", "right"):
+            enlarged.spines[side].set_visible(True)
+        for spine in enlarged.spines.values():
+            spine.set_color(FRAME)
+        _frame(figure, panel, enlarged)
     _levels(panel, slips, 1.5)
     mu_lock = rows["mu_lock"].iloc[0]
     label = rf"locks above $\mu_\mathrm{{lock}} = {mu_lock:.4f}$"
@@ -62,10 +71,26 @@ def friction(rows: pd.DataFrame) -> Figure:
     elif np.isfinite(mu_lock):
         style.mean(panel, **line)
     Series(rows, "theta").gaps(panel, rows[rows["status"] != "lock"], "mu0")
-    panel.set_ylabel(style.DISPLACEMENT)
+    for each in figure.axes:
+        each.set_ylabel(style.DISPLACEMENT)
     style.from_zero(panel)
     style.legend(figure)
     return figure
+
+
+def _frame(figure: Figure, panel: Axes, enlarged: Axes) -> None:
+    """Draw in a panel the frame of what another panel enlarges, and lines between both."""
+    (left, right), (low, high) = enlarged.get_xlim(), enlarged.get_ylim()
+    look: Look = {"color": FRAME, "linewidth": 0.7, "zorder": 4}
+    panel.add_patch(Rectangle((left, low), right - left, high - low, fill=False, **look))
+    for up, corner in ((0, low), (1, high)):
+        places: Look = {"xyA": (right, corner), "coordsA": "data", "xyB": (0, up)}
+        line = ConnectionPatch(
+            **places, coordsB="axes fraction", axesA=panel, axesB=enlarged, linestyle=":", **look
+        )
+        # The line crosses both panels, and must not widen them.
+        line.set_in_layout(False)
+        figure.add_artist(line)
 
 
 @kind("frequencies", columns=(*POINT, *FREQUENCIES))

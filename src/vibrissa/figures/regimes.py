@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
 
-from vibrissa.figures import style
+from vibrissa.figures import labels, style
 from vibrissa.figures.kinds import POINT, kind
 from vibrissa.figures.series import Series
 from vibrissa.figures.style import THIN, Look
@@ -25,8 +25,9 @@ LOCKS = {
 }
 NO_RESULT = "no result"
 REGIMES = (*SLIPS.values(), *LOCKS.values(), NO_RESULT)
+# Regimes that meet differ in lightness, so that they differ in grey, too.
 REGIME_COLORS = ListedColormap(
-    ["#0072b2", "#009e73", "#d55e00", "#e69f00", "#cc79a7", "#f0e442", "#56b4e9", "#ffffff"]
+    ["#0072b2", "#66c2a5", "#d55e00", "#e69f00", "#cc79a7", "#f0e442", "#d6e6f2", "#ffffff"]
 )
 # Exponents of the approach to the lock: 1/2 at a smooth maximum of −tan α, 1 at a kink.
 POWERS = {0.5: (r"$\frac{1}{2}$", "--"), 1.0: ("1", ":")}
@@ -57,6 +58,7 @@ def locking(rows: pd.DataFrame) -> Figure:
     series.lines(panel, rods[known], "theta", "mu_lock")
     panel.set(xlabel=style.TAPER, ylabel=style.LOCKING_FRICTION)
     style.from_zero(panel)
+    labels.at_ends(panel)
     series.explain(panel)
     return figure
 

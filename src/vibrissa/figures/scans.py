@@ -5,62 +5,120 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibrissa.figures import shapes, style
+from vibrissa.figures import labels, marks, shapes, style
 from vibrissa.figures.kinds import SCAN, kind
-from vibrissa.figures.style import COLORS, END, SHAPE, START, SURFACE, Look
+from vibrissa.figures.series import SYMBOLS
+from vibrissa.figures.style import COLORS, DASHES, END, INK, SHAPE, START, Look
 
-SHAPES = ("x0", "footpoint", "cycle", "phase", "shape_x", "shape_y")
+SHAPES = ("x0", "footpoint", "x1", "cycle", "phase", "shape_x", "shape_y")
 # Largest number of panels with letters.
 LETTERS = 26
-REACTIONS = {"reaction_fx": "$F_x$", "reaction_fy": "$F_y$", "reaction_m": "$M$"}
+REACTIONS = {"reaction_fx": "$f_x$", "reaction_fy": "$f_y$", "reaction_m": "$m$"}
+BEGINS: Look = {"color": START, "linestyle": "-"}
+ENDS: Look = {"color": END, "linestyle": (0, (4, 1.2))}
+# Names of shapes, the height at which each points to its shape (share of η), and its line.
+NAMES = (("sticking begins,\n$\\alpha = 0$", 0.55, BEGINS), ("last state\nof sticking", 0.25, ENDS))
+# Room that the names need beside the shapes, and their distance from them (L).
+ROOM, GAP = 0.4, 0.08
 
 
-@kind("scan", columns=(*SCAN, *SHAPES))
-def scan(rows: pd.DataFrame) -> Figure:
-    """Shapes of scans at every clamp position, a panel for each θ (paper Figures 4 and 5)."""
-    return _figure(rows, 0.6)
+@kind("scan", columns=(*SCAN, *SHAPES), is_scaled_by_all=True)
+def scan(rows: pd.DataFrame, every: pd.DataFrame | None = None) -> Figure:
+    """Shapes of scans at every position of the clamp, and their slips (paper Figures 4 and 5).
+
+    There is a panel for each θ and, below each other, for each μ0. All figures of the same scans
+    have the same scale and the same axes.
+    """
+    return _figure(rows, rows if every is None else every, 0.7)
 
 
-@kind("period", columns=(*SCAN, *SHAPES))
-def period(rows: pd.DataFrame) -> Figure:
+@kind("period", columns=(*SCAN, *SHAPES), is_scaled_by_all=True)
+def period(rows: pd.DataFrame, every: pd.DataFrame | None = None) -> Figure:
     """Shapes of scans in the first period of sticking, a panel for each θ (paper Figure 3)."""
-    first = (rows["cycle"] == 1) & (rows["phase"] == "stick")
-    return _figure(rows[first | rows["footpoint"].isna()], 1.2)
+    return _figure(_first_period(rows), _first_period(rows if every is None else every), 1.2)
 
 
-def _figure(rows: pd.DataFrame, linewidth: float) -> Figure:
-    """Draw a panel for each θ; the legend names each θ without a result."""
+def _first_period(rows: pd.DataFrame) -> pd.DataFrame:
+    """Keep the first period of sticking of each scan with its slip, and scans without a result."""
+    return rows[(rows["cycle"] == 1) | rows["footpoint"].isna()]
+
+
+def _figure(rows: pd.DataFrame, every: pd.DataFrame, linewidth: float) -> Figure:
+    """Draw a panel for each θ and μ0; a note names each scan without a result."""
     solved = rows[rows["footpoint"].notna()]
-    scans = [steps.sort_values("footpoint") for _, steps in solved.groupby("theta")]
-    figure, panels, is_narrow = shapes.panels(scans)
+    scans = [steps.sort_values("footpoint") for _, steps in solved.groupby(["mu0", "theta"])]
+    tapers, is_sheet = solved["theta"].nunique(), solved["mu0"].nunique() > 1
+    columns = tapers if is_sheet else min(tapers, shapes.IN_A_ROW)
+    usual = min(every["theta"].nunique(), shapes.IN_A_ROW)
+    room = shapes.room_of(every[every["footpoint"].notna()])
+    etas = [float(steps["eta"].iloc[0]) for steps in scans]
+    figure, panels = shapes.panels(etas, room, columns, max(columns, usual))
     for i, (panel, steps) in enumerate(zip(panels, scans, strict=True)):
         _draw(panel, steps, linewidth)
         if len(scans) > 1:
             letter = f"({chr(ord('a') + i)}) " if len(scans) <= LETTERS else ""
-            text = rf"{letter}$\theta = {steps['theta'].iloc[0]:g}$"
-            panel.text(1.0, 0.03, text, transform=panel.transAxes, ha="right")
-    for label, color, width in (
-        (r"$\alpha = 0$: sticking begins", START, linewidth),
-        ("sticking", SHAPE, 0.6),
-        ("last sticking state", END, linewidth),
-    ):
-        style.mean(panels[0], label, color=color, linewidth=width)
+            shown = ["theta", "mu0"] if is_sheet else ["theta"]
+            values = [f"${SYMBOLS[name]} = {steps[name].iloc[0]:g}$" for name in shown]
+            panel.set_title(letter + ", ".join(values), loc="left", fontsize=8)
+    for panel, steps in zip(panels, scans, strict=True):
+        _name_motion(panel, steps)
+    _name_lines(panels[0], scans[0], linewidth)
     for theta in sorted(set(rows["theta"]) - set(solved["theta"])):
         style.no_result(panels[0], rf"$\theta = {theta:g}$")
-    style.legend(figure, beside=is_narrow)
+    shapes.legend(figure, columns=2 if columns == 1 else 4)
     return figure
 
 
 def _draw(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
-    """Draw all shapes of a scan, and highlight the first and last one of each period."""
+    """Draw the periods of a scan: what the rod passes over, its first and last shape, and slips."""
     sticking = steps[steps["phase"] == "stick"]
     begin, end = steps[steps["x0"] == 0], sticking.groupby("cycle").tail(1)
-    shapes.draw(panel, steps, color=SHAPE, linewidth=0.25)
-    for ends, color in ((begin, START), (end, END)):
-        shapes.draw(panel, ends, color=color, linewidth=linewidth, zorder=2.5)
-        clamps: Look = {"color": color, "markersize": 6, "markeredgewidth": 0.8, "zorder": 3}
-        x, y = ([shape[0] for shape in ends[name]] for name in ("shape_x", "shape_y"))
-        panel.plot(x, y, "|", **clamps)
+    for cycle, rows in sticking.groupby("cycle"):
+        # A period begins in the state into which the slip before it has led.
+        first = steps[(steps["phase"] == "slip") & (steps["cycle"] == cycle - 1)]
+        shapes.band(panel, pd.concat([first, rows]), SHAPE)
+    shapes.draw(panel, begin, linewidth=linewidth, zorder=2.5, **BEGINS)
+    shapes.draw(panel, end, linewidth=linewidth, zorder=2.6, **ENDS)
+    slips = end.merge(steps[steps["phase"] == "slip"], on="cycle", suffixes=("", "_after"))
+    for tip, after, eta in zip(slips["x1"], slips["x1_after"], slips["eta"], strict=True):
+        marks.slip(panel, tip, after, eta, color=INK, linewidth=0.7)
+    for row in (steps.iloc[0], steps.iloc[-1]):
+        marks.clamp(panel, row["shape_x"][0], row["shape_y"][0])
+
+
+def _name_motion(panel: Axes, steps: pd.DataFrame) -> None:
+    """Draw the motion of the clamp, the length of the first period, and where the tip slips."""
+    sticking = steps[(steps["cycle"] == 1) & (steps["phase"] == "stick")].iloc[-1]
+    low = float(steps.iloc[0]["shape_y"][0]) - 0.075
+    start, stop = sticking["footpoint"] - sticking["x0"], float(sticking["footpoint"])
+    panel.plot([start, stop], [low, low], "|-", color=INK, linewidth=0.8, markersize=4)
+    text = rf"$x_{{0,\mathrm{{max}}}} = {sticking['x0']:g}$"
+    panel.text(start, low - 0.03, text, va="top", fontsize=7)
+    last = steps.iloc[-1]
+    tail = float(last["footpoint"]) + 0.06, float(last["shape_y"][0])
+    marks.arrow(panel, tail, (tail[0] + 0.12, tail[1]))
+    panel.text(tail[0] + 0.14, tail[1], "clamp", va="center", fontsize=7)
+    if (steps["phase"] == "slip").any():
+        tips = sorted([sticking["x1"], *steps["x1"][steps["phase"] == "slip"]])
+        is_free = tips[0] - panel.get_xlim()[0] > 0.3
+        place, side = (tips[0] - 0.02, "right") if is_free else (tips[-1] + 0.02, "left")
+        high = float(sticking["eta"]) + 0.065
+        panel.text(place, high, "tip slips", ha=side, va="center", fontsize=7)
+
+
+def _name_lines(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
+    """Name the first and the last shape of a period beside them, or else in the legend."""
+    begin, end = steps[steps["x0"] == 0], steps[steps["phase"] == "stick"].groupby("cycle").tail(1)
+    reaches = [float(x[: len(x) // 2].max()) for x in map(np.asarray, steps["shape_x"])]
+    for rows, (text, share, look) in zip((begin, end), NAMES, strict=True):
+        last = rows.iloc[-1]
+        x, y = np.asarray(last["shape_x"]), np.asarray(last["shape_y"])
+        place = int(np.argmin(np.abs(y - share * last["eta"])))
+        beside = max(reaches) + GAP
+        if panel.get_xlim()[1] - beside < ROOM:
+            style.mean(panel, text.replace("\n", " "), linewidth=linewidth, **look)
+        else:
+            labels.beside(panel, text, (x[place], y[place]), beside, look["color"])
 
 
 @kind(
@@ -68,24 +126,28 @@ def _draw(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
     columns=(*SCAN, "footpoint", "cycle", "alpha", "stability", "stability_aside", *REACTIONS),
 )
 def signals(rows: pd.DataFrame) -> Figure:
-    """Inclination of the contact force, clamp reactions and stability over the clamp's position."""
-    figure = style.page(4.4)
-    inclination, reactions, stability = figure.subplots(3, 1, sharex=True)
+    """Friction required to stick, loads on the clamp and stability over the clamp's position."""
+    figure = style.page(4.6)
+    inclination, forces, stability = figure.subplots(3, 1, sharex=True)
     rows = rows.sort_values("footpoint")
-    x, mu0 = rows["footpoint"], rows["mu0"].iloc[0]
-    inclination.plot(x, np.tan(rows["alpha"]), color="black")
-    cone: Look = {"color": SURFACE, "linewidth": 0.8, "linestyle": "--"}
-    inclination.axhline(mu0, label=r"friction cone $\pm\mu_0$", **cone)
-    inclination.axhline(-mu0, **cone)
-    inclination.set_ylabel(r"$\tan\alpha$")
-    for (name, label), color in zip(REACTIONS.items(), COLORS, strict=False):
-        reactions.plot(x, rows[name], color=color, label=label)
-    reactions.set_ylabel("load on the clamp")
-    stability.plot(x, rows["stability"], color=COLORS[3], label="stability in the plane")
+    x, mu0 = rows["footpoint"], float(rows["mu0"].iloc[0])
+    inclination.plot(x, -np.tan(rows["alpha"]), color="black")
+    inclination.axhspan(-mu0, mu0, color="#eeeeee", linewidth=0, zorder=0)
+    # Room beyond the cone, so that its edge is not taken for the axis.
+    inclination.set_ylim(-1.25 * mu0, 1.25 * mu0)
+    inclination.set_yticks([-mu0, 0.0, mu0], [r"$-\mu_0$", "0", r"$\mu_0$"])
+    inclination.set_ylabel(r"$-\tan\alpha$")
+    inclination.set_title("grey: friction cone", loc="left", fontsize=7)
+    for i, (name, label) in enumerate(REACTIONS.items()):
+        forces.plot(x, rows[name], color=COLORS[i], linestyle=DASHES[i], label=label)
+    forces.set_ylabel("load on the clamp")
+    forces.set_title(r"$f_x$, $f_y$ in $E I_0/L^2$; $m$ in $E I_0/L$", loc="left", fontsize=7)
+    stability.plot(x, rows["stability"], color=COLORS[3], label="in the plane")
     if rows["stability_aside"].notna().any():
-        label = "stability out of the plane"
-        stability.plot(x, rows["stability_aside"], color=COLORS[4], label=label)
-    stability.set(xlabel="clamp position / $L$", ylabel="smallest eigenvalue")
+        look: Look = {"color": COLORS[0], "linestyle": DASHES[1], "label": "out of the plane"}
+        stability.plot(x, rows["stability_aside"], **look)
+    stability.set(xlabel="position of the clamp / $L$", ylabel="smallest eigenvalue")
     stability.set_ylim(bottom=min(0.0, rows["stability"].min()))
-    style.legend(figure)
+    labels.at_ends(forces)
+    labels.at_ends(stability)
     return figure

@@ -11,13 +11,13 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex
 
 from vibrissa.figures import style
-from vibrissa.figures.style import COLORS, MARKERS, WITHOUT_ONSET, Look
+from vibrissa.figures.style import COLORS, DASHES, MARKERS, WITHOUT_ONSET, Look
 
 SYMBOLS = {"theta": r"\theta", "mu0": r"\mu_0", "eta": r"\eta", "x1": "x_1"} | {
     "turn": r"b\ /\ \mathrm{degree}"
 }
 # The dark part of the colour map: its yellow end cannot be seen on white.
-GRADED, DARK = "viridis", 0.93
+GRADED, DARK = "viridis", 0.8
 # A colourbar labels all of up to ALL_TICKS values; of more values, it labels SOME_TICKS.
 ALL_TICKS, SOME_TICKS = 20, 11
 
@@ -25,8 +25,8 @@ ALL_TICKS, SOME_TICKS = 20, 11
 class Series:
     """Colours, markers and labels of series: one for each value of a column, in increasing order.
 
-    Up to six series have distinct colours, the paper's markers and a legend; more series have
-    graded colours and a colourbar.
+    Up to six series have distinct colours and dashes, the paper's markers, and names at the lines
+    or a legend; more series have graded colours and a colourbar.
     """
 
     def __init__(self, rows: pd.DataFrame, column: str) -> None:
@@ -45,6 +45,10 @@ class Series:
         """Return the colour of the series that has this value."""
         return self._colors[self.place(value)]
 
+    def dash(self, value: float) -> Any:
+        """Return the dashes of the series that has this value; many series have solid lines."""
+        return DASHES[self.place(value)] if self.few else "-"
+
     def label(self, value: float) -> str | None:
         """Return the legend's label of a series; None if a colourbar shows the values."""
         return f"${self.symbol} = {value:g}$" if self.few else None
@@ -57,6 +61,7 @@ class Series:
             known: Look = {"color": self.color(value), "label": self.label(value)}
             if not size:
                 known |= style.alone(points[y])
+                known["linestyle"] = self.dash(value)
             else:
                 marker, share = (MARKERS[self.place(value)], 1.0) if self.few else ("o", 0.5)
                 known |= {"marker": marker, "linestyle": "none", "markersize": share * size}

@@ -13,8 +13,10 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
 
+from vibrissa import __version__
 from vibrissa.files import write_atomically
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.provenance import commit
 
 # Keyword arguments of matplotlib, such as colour and line width.
 Look: TypeAlias = dict[str, Any]
@@ -23,7 +25,15 @@ COLUMN, PAGE = 3.5, 7.2
 # Colours that readers with any colour vision tell apart (Okabe and Ito), and the paper's markers.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 MARKERS = ("s", "D", "^", "o", "v", "P")
-SURFACE, SHAPE, START, END = "#555555", "#a9bccb", "#00487a", "#d55e00"
+SURFACE, SHAPE, START, END = "#555555", "#cddae4", "#00487a", "#d55e00"
+# Forces and loads, and all else that is not data.
+LOAD, INK = "#a3263f", "#222222"
+# Mark of lines that have their names beside them.
+NAMED = "named at the line"
+# What no real rod does.
+WARNING = "#d55e00"
+# Dashes of lines, so that they differ without colours, too.
+DASHES = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (6, 1.2, 1, 1.2)), (0, (10, 2)), (0, (2.5, 1.2)))
 # Marker and legend entry of points without an onset of slip, by status.
 WITHOUT_ONSET = {"lock": ("|", "locks"), "out_of_reach": ("_", "out of reach")} | {
     "failed": ("x", "failed")
@@ -40,9 +50,10 @@ LOCKING_FRICTION = r"critical friction coefficient $\mu_\mathrm{lock}$"
 DISPLACEMENT = r"clamp displacement $x_{0,\mathrm{max}}$ / $L$"
 
 SETTINGS: Any = {
-    # Journals require TrueType fonts and editable texts.
+    # Journals require TrueType fonts.
     "pdf.fonttype": 42,
-    "svg.fonttype": "none",
+    # Outlines, as a browser may lack the typeface.
+    "svg.fonttype": "path",
     "font.family": ["STIXGeneral", "DejaVu Serif"],
     "mathtext.fontset": "stix",
     "font.size": 8,
@@ -64,10 +75,14 @@ SETTINGS: Any = {
     # Identical files from identical tables
     "svg.hashsalt": "vibrissa",
 }
-_DATELESS: dict[str, dict[str, str | None]] = {
-    ".pdf": {"CreationDate": None},
-    ".svg": {"Date": None},
+# Names under which each format stores the title, the study and the program of a figure.
+_METADATA = {
+    ".pdf": ("Title", "Subject", "Creator"),
+    ".svg": ("Title", "Description", "Creator"),
+    ".png": ("Title", "Description", "Software"),
 }
+# Without a date, the same tables give the same files.
+_DATELESS: dict[str, dict[str, None]] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 
 
 def applied() -> AbstractContextManager[None]:
@@ -97,11 +112,15 @@ def message(text: str) -> Figure:
 
 
 def legend(figure: Figure | SubFigure, beside: bool = False, **look: Any) -> None:
-    """Put one legend of all panels below or beside them, where it covers no data."""
+    """Put one legend of all panels below or beside them, where it covers no data.
+
+    Lines that have their names beside them are left out.
+    """
     shown = {
         label: handle
         for panel in figure.axes
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+        if handle.get_gid() != NAMED
     }
     width = figure.bbox.width / figure.dpi
     if shown:
@@ -128,13 +147,6 @@ def from_zero(panel: Axes) -> None:
     panel.set_ylim(bottom=0.0)
 
 
-def surface(panel: Axes, eta: float) -> None:
-    """Draw the surface at the height `eta` (L)."""
-    panel.axhline(eta, color=SURFACE, linewidth=0.8)
-    band: Look = {"facecolor": "none", "edgecolor": "#aaaaaa", "hatch": "//////", "linewidth": 0}
-    panel.axhspan(eta, eta + 0.03, **band)
-
-
 def cells(centres: pd.Index) -> FloatArray:
     """Return the bounds of cells around the values of an axis, from its first to its last value."""
     values = np.asarray(centres, dtype=float)
@@ -151,16 +163,21 @@ def alone(values: Sequence[float] | pd.Series) -> Look:
     return {"marker": "o", "markevery": single.tolist()} if single.any() else {"marker": ""}
 
 
-def save(figure: Figure, paths: Sequence[str | Path]) -> None:
-    """Write a figure as ``.pdf``, ``.svg`` or ``.png``, each file atomically."""
+def save(figure: Figure, paths: Sequence[str | Path], title: str = "", study: str = "") -> None:
+    """Write a figure as ``.pdf``, ``.svg`` or ``.png``, each file atomically.
+
+    The files store the title, the name of the study, and version and commit of the program.
+    """
     FigureCanvasAgg(figure)
+    program = f"Vibrissa {__version__}, commit {commit()}"
+    about = title or "figure", f"study {study}" if study else "no study", program
     with applied():
         # Laid out once for all formats, which measure text differently.
         figure.draw_without_rendering()
         # With "none" in place of None every format would be drawn twice.
         figure.set_layout_engine(None)
         for path in map(Path, paths):
+            names = _METADATA[path.suffix]
+            metadata = dict(zip(names, about, strict=True)) | _DATELESS.get(path.suffix, {})
             with write_atomically(path) as temporary:
-                figure.savefig(
-                    temporary, format=path.suffix[1:], metadata=_DATELESS.get(path.suffix)
-                )
+                figure.savefig(temporary, format=path.suffix[1:], metadata=metadata)

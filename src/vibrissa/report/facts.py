@@ -8,6 +8,8 @@ from datetime import UTC, datetime
 from importlib import metadata
 from typing import Any
 
+import numpy as np
+import pandas as pd
 import pyarrow.compute as pc
 
 from vibrissa import __version__
@@ -23,6 +25,9 @@ from vibrissa.wording import counted
 
 # Largest number of reasons for missing results that are listed for each table.
 MOST_REASONS = 40
+# Axes by which a result names its place.
+NO_BREAK = "\N{NO-BREAK SPACE}"
+AXES_SHOWN = ("theta", "mu0", "eta")
 LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "snakemake")
 
 
@@ -43,6 +48,47 @@ def summary(found: Mapping[str, Readable]) -> dict[str, str]:
         if (largest := pc.max(part.column("residual")).as_py()) is not None
     ]
     return facts | ({"largest residual": spell(max(residuals), 2)} if residuals else {})
+
+
+def results(found: Mapping[str, Readable]) -> list[str]:
+    """Write the main results of a study as sentences: where tips slip, where they lock, scans."""
+    lines = []
+    points = query.frame(found["stiction"], ["status", "x0_slip", *AXES_SHOWN, "mu_lock"])
+    slips = points[points["status"] == "slip"]
+    if len(slips):
+        least, most = (slips.loc[getattr(slips["x0_slip"], end)()] for end in ("idxmin", "idxmax"))
+        lines.append(
+            f"The clamp moves by {_length(least['x0_slip'])} ({_at(least)}) to "
+            f"{_length(most['x0_slip'])} ({_at(most)}) until the tip slips."
+        )
+    locks = points[(points["status"] == "lock") & np.isfinite(points["mu_lock"])]
+    if len(locks):
+        low, high = locks["mu_lock"].min(), locks["mu_lock"].max()
+        span = spell(low, 4) if low == high else f"{spell(low, 3)} to {spell(high, 3)}"
+        at = "" if locks["theta"].nunique() > 1 else f" at theta = {locks['theta'].iloc[0]:g}"
+        lines.append(
+            f"Above a critical friction mu_lock = {span}{at}, pushing cannot make the tip slip "
+            f"({counted(len(locks), 'point')})."
+        )
+    if "scans" in found:
+        steps = query.frame(found["scans"], ["status", "phase", "cycle", "x0", *AXES_SHOWN])
+        first = steps[(steps["cycle"] == 1) & (steps["status"] == "slip")]
+        ends = first.groupby([*AXES_SHOWN], as_index=False)["x0"].max()
+        if len(ends) > 1:
+            least, most = (ends.loc[getattr(ends["x0"], end)()] for end in ("idxmin", "idxmax"))
+            lines.append(
+                f"In the scans x0,max is {_length(least['x0'])} ({_at(least)}) to "
+                f"{_length(most['x0'])} ({_at(most)})."
+            )
+    return lines
+
+
+def _length(value: float) -> str:
+    return f"{spell(value, 3)}{NO_BREAK}L"
+
+
+def _at(row: pd.Series) -> str:
+    return ", ".join(f"{axis}{NO_BREAK}={NO_BREAK}{row[axis]:g}" for axis in AXES_SHOWN)
 
 
 def troubles(found: Mapping[str, Readable]) -> list[str]:

@@ -2,7 +2,7 @@ const all = (selector) => [...document.querySelectorAll(selector)];
 
 // On a phone: the explorer is folded, and one figure is shown, chosen by its tab.
 const tabs = all("[data-tab]");
-const figures = all(".pictures figure");
+const figures = all("#figures figure");
 function choose(id) {
   for (const tab of tabs) tab.setAttribute("aria-pressed", String(tab.dataset.tab === id));
   for (const figure of figures) figure.classList.toggle("chosen", figure.id === id);
@@ -26,12 +26,23 @@ for (const one of filters) {
   one.addEventListener("click", () => filter(one.ariaPressed === "true" ? "" : one.dataset.verdict));
 }
 
+// A print shows what is folded and filtered out.
+let folded = [];
+addEventListener("beforeprint", () => {
+  filter("");
+  folded = all("details:not([open])");
+  for (const one of folded) one.open = true;
+});
+addEventListener("afterprint", () => {
+  for (const one of folded) one.open = false;
+});
+
 // A link to a statement or a figure shows it, if it is folded, filtered out or behind another tab.
 function follow() {
   const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
   if (!target) return;
   if (target.hidden) filter("");
-  if (target.matches(".pictures figure")) choose(target.id);
+  if (target.matches("#figures figure")) choose(target.id);
   for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
   target.scrollIntoView();
 }

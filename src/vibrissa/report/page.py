@@ -18,19 +18,25 @@ from vibrissa.paper.ledger import Verdict, verdict_counts
 from vibrissa.paper.reproduction import reproduced
 from vibrissa.report import facts, tables
 from vibrissa.report.motion import motion
+from vibrissa.report.spelling import with_symbols
 from vibrissa.tables.query import Readable
 from vibrissa.wording import figure_name
 
 FOLDER = Path(__file__).parent
+# Resolution of the figures' PNG files, and their enlargement on the page: 7 pt become 13 pixels.
+DOTS_PER_INCH, ENLARGED = 300, 1.4
+# Width of a phone's screen (CSS pixels).
+PHONE = 500
 
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A figure with its caption, and the rows that it shows."""
+    """A figure with its caption, and the rows that it shows; some stand at the head of the page."""
 
     key: str
     caption: str
     png: bytes
+    leads: bool = False
     selection: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -39,10 +45,15 @@ class Picture:
         return figure_name(self.key)
 
     @property
+    def width(self) -> int:
+        """Width on the page (CSS pixels): that of the printed figure, enlarged by `ENLARGED`."""
+        (pixels,) = struct.unpack(">I", self.png[16:20])
+        return round(ENLARGED * 96 * pixels / DOTS_PER_INCH)
+
+    @property
     def is_wide(self) -> bool:
-        """Whether the figure takes the page's whole width, as it is much wider than high."""
-        width, height = struct.unpack(">II", self.png[16:24])
-        return bool(width > 1.6 * height)
+        """Whether the figure is wider than the screen of a phone, where it scrolls."""
+        return self.width > PHONE
 
     @property
     def source(self) -> str:
@@ -81,19 +92,22 @@ def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture
     presets, omitted = motion(found, {picture.name: picture.selection for picture in pictures})
     environment = explorer.environment(FOLDER)
     environment.filters["anchor"] = facts.anchor
+    environment.filters["symbols"] = with_symbols
     return environment.get_template("page.html").render(
         about=about,
         title=paper.TITLE if about.claims else about.title,
         citation=paper.CITATION if about.claims else "",
         style=Markup((FOLDER / "page.css").read_text(encoding="utf-8")),
         program=Markup((FOLDER / "page.js").read_text(encoding="utf-8")),
+        results=facts.results(found),
         summary=facts.summary(found),
         troubles=facts.troubles(found),
         reproduced=parts,
         counts=lambda names: Counter(
             Verdict(row["verdict"]) for row in claims if row["claim"] in names
         ),
-        pictures=shown(pictures),
+        leading=[picture for picture in pictures if picture.leads],
+        pictures=[picture for picture in shown(pictures) if not picture.leads],
         places={picture.name: picture.key for picture in pictures},
         verdicts=verdict_counts(row["verdict"] for row in claims),
         open=sorted(

@@ -1,12 +1,14 @@
 """Key rows of the study's tables, as the page shows them."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from vibrissa.report.spelling import spell, spell_unit, symbol
+from vibrissa.report.spelling import spell, spell_column, spell_unit, symbol
 from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.tables import query
 from vibrissa.tables.query import Readable
@@ -14,6 +16,8 @@ from vibrissa.wording import figure_name
 
 # Largest number of rows that are shown of each table.
 MOST_ROWS = 40
+# Least number of rows of a grid, and number of values to which its shorter axes are thinned.
+LEAST_ROWS, FEW = 4, 2
 # Decimals of a load on the clamp; further ones are rounding errors.
 DECIMALS = 9
 
@@ -83,12 +87,51 @@ def sections(found: Mapping[str, Readable]) -> list[Section]:
         if name == "scans":
             note = "cycle, x0: largest value; loads on the clamp: smallest and largest value."
             rows = _scans(table, (*columns, *mounting))
+        elif name == "stiction":
+            note = ""
+            rows = _trends(table, (*columns, *mounting), ("grid", *POINT, *mounting))
         else:
             note = ""
             rows = query.spaced(table, (*columns, *mounting), MOST_ROWS)
         columns = (*columns, *(axis for axis in mounting if {*rows[axis].dropna()} - {0.0}))
         shown.append(_section(table, rows, columns, title, note))
     return shown
+
+
+def _trends(table: Readable, columns: Sequence[str], axes: Sequence[str]) -> pd.DataFrame:
+    """Return rows of each grid in the order of its longest axis, with few values of the others."""
+    found: dict[str, dict[str, set[Any]]] = {}
+    for part in query.batches(table, axes):
+        for grid, rows in part.to_pandas().groupby("grid", sort=False):
+            values = found.setdefault(str(grid), {axis: set() for axis in axes[1:]})
+            for axis in values:
+                values[axis] |= set(rows[axis].dropna())
+    most = max(MOST_ROWS // len(found), LEAST_ROWS)
+    kept = [_trend(table, columns, grid, values, most) for grid, values in found.items()]
+    return pd.concat(kept, ignore_index=True).head(MOST_ROWS)
+
+
+def _trend(
+    table: Readable, columns: Sequence[str], grid: str, values: Mapping[str, set[Any]], most: int
+) -> pd.DataFrame:
+    """Return at most about `most` rows of a grid: along its longest axis, for some other values."""
+    known = {axis: sorted(each) for axis, each in values.items() if each}
+    counts = {axis: len(each) for axis, each in known.items()}
+    longest = max(counts, key=lambda axis: counts[axis])
+    while math.prod(counts.values()) > most:
+        # Other axes are thinned first, down to two values.
+        others = [axis for axis in counts if axis != longest and counts[axis] > FEW]
+        axis = max(others, key=lambda axis: counts[axis]) if others else longest
+        if counts[axis] == 1:
+            break
+        counts[axis] -= 1
+    where = query.one_of("grid", [grid])
+    for axis, each in known.items():
+        places = np.linspace(0, len(each) - 1, counts[axis]).round().astype(int)
+        if counts[axis] < len(each):
+            where &= query.one_of(axis, [each[place] for place in places])
+    others = [axis for axis in known if axis != longest]
+    return query.frame(table, columns, where).sort_values([*others, longest])
 
 
 def _scans(table: Readable, columns: Sequence[str]) -> pd.DataFrame:
@@ -120,11 +163,12 @@ def _section(
 def _column(table: Readable, name: str, values: Iterable[Any]) -> Column:
     """Make a column; its unit and its description come from the table's schema."""
     about = table.schema.field(name).metadata
-    digits = 2 if name == "residual" else 5
+    found = list(values)
+    cells = [spell(value, 2) for value in found] if name == "residual" else spell_column(found)
     named = figure_name if name in ("grid", "scan", "state", "comparison") else str
     return Column(
         name=symbol(name),
         unit=spell_unit(about[b"unit"].decode()),
         description=about[b"description"].decode(),
-        cells=[named(spell(value, digits)) for value in values],
+        cells=[named(cell) for cell in cells],
     )

@@ -43,6 +43,10 @@ class FigureKind:
         A further key that must be given; empty if there is none.
     frequencies : bool
         Whether the figure shows natural frequencies, which a study has only if it asks for them.
+    lists : bool
+        Whether the key `source` may be a list of names.
+    mountings : bool
+        Whether the axes of the mounting may have several values without `over`.
     """
 
     shows: str
@@ -50,6 +54,8 @@ class FigureKind:
     single: tuple[str, ...] = ()
     required: str = ""
     frequencies: bool = False
+    lists: bool = False
+    mountings: bool = False
 
 
 _RUN = ("mu0", "eta", "dx0")
@@ -69,14 +75,26 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     "mounting": FigureKind(
         "onset x0_slip, mu_lock and loads on the clamp over the mounting", "grid", _RUN, "over"
     ),
+    "slopes": FigureKind(
+        "slopes over each axis of the mounting as a table, and the lines that bend",
+        "grid",
+        ("mu0", "dx0"),
+        lists=True,
+        mountings=True,
+    ),
     "change": FigureKind(
         "change of mu_lock and x0_slip in per cent by the mounting", "grid", ("mu0", "dx0"), "over"
     ),
     "versus": FigureKind(
         "difference of mu_lock from its value at the least taper", "grid", ("mu0", "dx0"), "over"
     ),
-    "scan": FigureKind("shapes of scans, step by step, a panel for each theta", "scan", _RUN),
+    "scan": FigureKind(
+        "shapes and slips of scans, a panel for each theta and mu0", "scan", ("eta", "dx0")
+    ),
     "period": FigureKind("shapes in the first period, a panel for each theta", "scan", _RUN),
+    "slip": FigureKind(
+        "one slip: three rods, the friction cone, and loads on the clamp", "scan", ("theta", *_RUN)
+    ),
     "signals": FigureKind("loads on the clamp in one scan", "scan", ("theta", *_RUN)),
     "swing": FigureKind("shapes of a rod that buckles laterally", "scan", ("theta", *_RUN)),
     "margins": FigureKind("stability in the plane and out of it over x0", "scan", _RUN),
@@ -92,11 +110,13 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
         _RUN,
         frequencies=True,
     ),
-    "state": FigureKind("shapes of one or more states of the same eta", "state"),
+    "state": FigureKind("shapes of one or more states of the same eta", "state", lists=True),
     "models": FigureKind(
         "error of x0_slip if line contact is neglected, over theta", "comparison", ("eta",)
     ),
-    "script": FigureKind("figure drawn by a Python file of your own", "", required="script"),
+    "script": FigureKind(
+        "figure drawn by a Python file of your own", "", required="script", lists=True
+    ),
 }
 
 
@@ -141,7 +161,9 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         description="text below the figure; {theta}, {eta} and other axes stand for the values "
         "that are shown (default: a sentence made of the kind and the values)",
     )
-    grid: str | None = Field(default=None, description="name of the grid with the data")
+    grid: Annotated[list[str] | None, BeforeValidator(in_list, str | list[str])] = Field(
+        default=None, description="name of the grid with the data, or a list of names"
+    )
     scan: str | None = Field(default=None, description="name of the scan with the data")
     state: Annotated[list[str] | None, BeforeValidator(in_list, str | list[str])] = Field(
         default=None, description="name of the state with the data, or a list of names"
@@ -159,8 +181,10 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         default=None,
         description="width and height in inch (default width: 3.5 for a column or 7.2 for a page)",
     )
-    formats: list[Literal["pdf", "svg"]] = Field(
-        default=["pdf", "svg"], description="files that are made beside the PNG: pdf, svg"
+    formats: list[Literal["pdf", "svg", "apng"]] = Field(
+        default=["pdf", "svg"],
+        description="files that are made beside the PNG: pdf, svg; for kind scan also apng, an "
+        "animation of the scans",
     )
     axes: AxesKeys | None = Field(
         default=None,
@@ -212,9 +236,14 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
             mistakes.add(f"is not a key of kind {self.kind}; allowed: {', '.join(keys)}", key)
         if kind.required and not getattr(self, kind.required):
             mistakes.add(f"missing {kind.required!r}")
-        if len([source for source in sources if getattr(self, source)]) != 1:
+        if "apng" in self.formats and self.kind != "scan":
+            mistakes.add("apng is a format of kind scan only", "formats")
+        chosen = [source for source in sources if getattr(self, source)]
+        if len(chosen) != 1:
             which = "the key" if len(sources) == 1 else "exactly one of the keys"
             mistakes.add(f"needs {which} {', '.join(map(repr, sources))}")
+        elif not kind.lists and len(self.names) > 1:
+            mistakes.add(f"a figure of kind {self.kind} shows one {chosen[0]}", chosen[0])
         mistakes.refuse()
         return self
 
@@ -244,7 +273,8 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     def _check_data(self, mistakes: Mistakes, name: str, axes: Mapping[str, Values]) -> None:
         """Find axes with too many values, and requested values that the data do not have."""
         kind = FIGURE_KINDS[self.kind]
-        single = {*kind.single, *(MOUNTING_AXES if kind.source else ())} - {self.over}
+        are_single = kind.source and not kind.mountings
+        single = {*kind.single, *(MOUNTING_AXES if are_single else ())} - {self.over}
         for axis in AXES:
             values = axes.get(axis, ())
             chosen = getattr(self, axis) or values
@@ -255,6 +285,15 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
                 mistakes.add(
                     f"a figure of kind {self.kind} shows one value of {axis}, but {has}; "
                     f"set {axis} to one of them"
+                )
+        if kind.mountings:
+            varied = [axis for axis in MOUNTING_AXES if len(axes.get(axis, ())) > 1]
+            if len(varied) != 1 or 0.0 not in axes[varied[0]]:
+                has = ", ".join(varied) or "no axis of the mounting"
+                mistakes.add(
+                    f"{name!r} varies {has}; a figure of kind {self.kind} needs one axis of the "
+                    "mounting with several values, one of them 0",
+                    "grid",
                 )
         if self.over:
             self._check_over(mistakes, getattr(self, self.over) or axes[self.over])

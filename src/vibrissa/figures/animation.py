@@ -1,0 +1,109 @@
+"""Animation of scans as APNG: rods of several tapers side by side, through all their cycles."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.lines import Line2D
+from PIL import Image
+
+from vibrissa.figures import marks, shapes, style
+from vibrissa.figures.scans import SHAPES
+from vibrissa.figures.style import COLORS, END, INK, SHAPE
+from vibrissa.files import write_atomically
+
+COLUMNS = ("theta", "mu0", "eta", *SHAPES)
+# Number of frames, their duration and that of the last one (ms), and resolution (dots per inch).
+FRAMES, DURATION, PAUSE, RESOLUTION = 70, 90, 2500, 90
+# Number of colours of a frame: fewer make the file smaller.
+PALETTE = 32
+# Rounding errors of positions (L).
+NEAR = 1e-12
+
+
+def save(rows: pd.DataFrame, path: str | Path) -> None:
+    """Write the scans in `rows` as an animation, all clamps at the same speed.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Rows of the table `scans` that have a result, with the columns `COLUMNS`.
+    path : str or Path
+        File that is written.
+    """
+    with style.applied():
+        pictures = list(_frames(rows))
+        # The colours of the last frame, which shows everything; dots would not compress well.
+        palette = pictures[-1].quantize(PALETTE)
+        plain = Image.Dither.NONE
+        first, *others = (each.quantize(palette=palette, dither=plain) for each in pictures)
+        durations = [DURATION] * len(others) + [PAUSE]
+        with write_atomically(Path(path)) as temporary:
+            first.save(
+                temporary,
+                format="PNG",
+                save_all=True,
+                append_images=others,
+                duration=durations,
+                loop=0,
+            )
+
+
+def _frames(rows: pd.DataFrame) -> Iterator[Image.Image]:
+    """Draw the rods at equally spaced positions of the clamp."""
+    scans = [steps.sort_values("footpoint") for _, steps in rows.groupby(["mu0", "theta"])]
+    etas = [float(steps["eta"].iloc[0]) for steps in scans]
+    room = shapes.room_of(rows)
+    figure, panels = shapes.panels(etas, room, len(scans), len(scans))
+    canvas = FigureCanvasAgg(figure)
+    figure.set_dpi(RESOLUTION)
+    films = [_Film(panel, steps, room) for panel, steps in zip(panels, scans, strict=True)]
+    # Laid out once; each frame would repeat it.
+    figure.draw_without_rendering()
+    figure.set_layout_engine(None)
+    last = max(float(steps["footpoint"].max()) for steps in scans)
+    for clamp in np.linspace(0.0, last, FRAMES):
+        for film in films:
+            film.move(float(clamp))
+        canvas.draw()  # type: ignore[no-untyped-call]
+        pixels = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+        size = canvas.get_width_height()
+        yield Image.frombuffer("RGBA", size, pixels).convert("RGB")
+
+
+class _Film:
+    """A rod that moves in a panel: it, its shape as the period began, and the slips so far."""
+
+    def __init__(self, panel: Axes, steps: pd.DataFrame, room: shapes.Room) -> None:
+        self.panel, self.steps, self.slips = panel, steps, 0
+        first = steps.iloc[0]
+        names = (("theta", r"\theta"), ("mu0", r"\mu_0"))
+        panel.set_title(
+            ", ".join(f"${text} = {first[name]:g}$" for name, text in names), loc="left"
+        )
+        self.begun = Line2D([], [], color=SHAPE, linewidth=1.2)
+        self.rod = Line2D([], [], color=COLORS[0], linewidth=1.8)
+        self.clamp = Line2D([], [], color=INK, linewidth=3.0)
+        self.tip = Line2D([], [], color=COLORS[0], marker="o", markersize=4)
+        for line in (self.begun, self.rod, self.clamp, self.tip):
+            panel.add_line(line)
+        self.count = panel.text(room.left + 0.03, room.bottom + 0.03, "")
+
+    def move(self, clamp: float) -> None:
+        """Draw the state at the last step up to this position of the clamp (L)."""
+        done = self.steps[self.steps["footpoint"] <= clamp + NEAR]
+        now, begun = done.iloc[-1], done[done["x0"] == 0.0].iloc[-1]
+        self.begun.set_data(begun["shape_x"], begun["shape_y"])
+        self.rod.set_data(now["shape_x"], now["shape_y"])
+        x, y = float(now["shape_x"][0]), float(now["shape_y"][0])
+        self.clamp.set_data([x - marks.HALF_CLAMP, x + marks.HALF_CLAMP], [y, y])
+        self.tip.set_data([now["x1"]], [now["eta"]])
+        places = np.flatnonzero(done["phase"] == "slip")
+        for place in places[self.slips :]:
+            before, after = (float(done["x1"].iloc[at]) for at in (place - 1, place))
+            marks.slip(self.panel, before, after, float(now["eta"]), color=END, linewidth=1.0)
+        self.slips = len(places)
+        self.count.set_text(f"clamp at {now['footpoint']:.3f} $L$, slips: {self.slips}")
