@@ -19,7 +19,7 @@ from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.study.chunks import spell_powers
 from vibrissa.tables import records
-from vibrissa.tables.scans import scan_table
+from vibrissa.tables.scans import scan_tables
 
 MU0 = (0.2, 0.3, 0.4, 0.9)
 FAILED = failed_curve(theta=2.0, eta=0.05, method="collocation", message="no luck")
@@ -42,7 +42,8 @@ def points_table(grids, curves):
 def scanned(curve, theta, mu0):
     point = {name: one for name, (one,) in grid((theta,), (mu0,), (0.01,)).items()}
     scan = stick_slip(curve, mu0, 0.01, 3)
-    return scan_table("runs", point, scan, study="a", method=curve.method)
+    point |= {"surface": "plane", "law": "free"}
+    return scan_tables("runs", point, scan, study="a", method=curve.method, shapes=True).steps
 
 
 @cache

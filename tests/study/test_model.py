@@ -250,9 +250,14 @@ def test_all_mistakes_are_told_at_once(read):
         ("x1: 0.15", "x1: 0.15, x2: 1"),
     )
     told = mistakes(read, text)
-    places = ["3: contact", "8: grids.main.theta[0]", "8: grids.main.theta[1]", "13: scans.runs"]
-    places += ["18: scans.runs.cycle", "20: states.single.x2"]
-    assert [one.split(": ")[0] + ": " + one.split(": ")[1] for one in told[:6]] == places
+    places = [
+        "3: contact",
+        "8: grids.main.theta[0]",
+        "8: grids.main.theta[1]",
+        "18: scans.runs.cycle",
+    ]
+    places += ["20: states.single.x2"]
+    assert [one.split(": ")[0] + ": " + one.split(": ")[1] for one in told[:5]] == places
 
 
 @pytest.mark.parametrize(

@@ -55,6 +55,9 @@ try:
         parts = {f"tables/{name}.parquet": STUDY.part(name) for name in STUDY.tables}
         for name, chunk in STUDY.chunks.items():
             parts[f"chunks/{name}.parquet"] = chunk.part(SOLVER)
+        for name, chunk in STUDY.scan_chunks.items():
+            for table in ("scans", "periods"):
+                parts[f"scan_chunks/{table}/{name}.parquet"] = chunk.part(SOLVER)
         outdated.need_records(Path(RESULTS), parts)
 except VibrissaError as error:
     sys.exit(str(error))
@@ -62,7 +65,10 @@ except VibrissaError as error:
 # Digests of the code, and versions of what it computes and draws with. They are `params` of rules,
 # like `SOLVER`: when they change, Snakemake runs these rules again.
 SOLVING_CODE = [
-    digest("numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.py", "tables"),
+    digest(
+        *("numerics", "mechanics", "sticking", "tables"),
+        *(f"study/{name}.py" for name in ("axes", "chunks", "surfaces")),
+    ),
     "Python {}.{}".format(*sys.version_info),
     *(f"{library} {version(library)}" for library in ("numpy", "scipy")),
 ]
@@ -76,3 +82,4 @@ STUDY_CODE = [
 
 wildcard_constraints:
     chunk="|".join(STUDY.chunks),
+    scan_chunk=".+",

@@ -9,17 +9,24 @@ from pydantic import BeforeValidator, Field, FiniteFloat, create_model, model_va
 
 from vibrissa.study.axes import (
     AXES,
+    LAW_AXES,
     MOUNTING_AXES,
+    SURFACE_AXES,
     Values,
     in_list,
     sortable,
     spell_value,
     spell_values,
 )
-from vibrissa.study.sections import Mistakes, Section
+from vibrissa.study.sections import Mistakes, Name, Section
 
 # Data of a figure: its key in the study file, and its table. The key plus "s" names the section.
 TABLES = {"grid": "stiction", "scan": "scans", "state": "states", "comparison": "comparisons"}
+# Further axes of scans, whose values a figure of scans may select.
+SCAN_AXES: Mapping[str, Any] = {
+    "surface": Annotated[list[Name] | None, BeforeValidator(in_list, str | list[str])],
+    **{name: Annotated[Values | None, axis] for name, axis in (SURFACE_AXES | LAW_AXES).items()},
+}
 # Keys that every kind of figure takes.
 LOOK = ("kind", "caption", "size", "formats", "axes")
 # Name of the drawing function in a user's script.
@@ -41,15 +48,23 @@ class FigureKind:
         axis `over`. The key of a single axis may be omitted if the data have one value of it.
     required : str
         A further key that must be given; empty if there is none.
+    table : str
+        Name of the table; by default the one of the source.
+    has_shapes : bool
+        Whether it shows shapes of the rod, which a scan then keeps.
     """
 
     shows: str
     source: str
     single: tuple[str, ...] = ()
     required: str = ""
+    table: str = ""
+    has_shapes: bool = False
 
 
 _RUN = ("mu0", "eta", "dx0")
+# What distinguishes scans of the same rod.
+_SCAN = (*_RUN, *SCAN_AXES)
 FIGURE_KINDS: Mapping[str, FigureKind] = {
     "taper": FigureKind(
         "clamp displacement x0,max over theta, a series for each mu0", "grid", ("eta", "dx0")
@@ -72,11 +87,17 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     "versus": FigureKind(
         "difference of mu_lock from its value at the least taper", "grid", ("mu0", "dx0"), "over"
     ),
-    "scan": FigureKind("shapes of scans, step by step, a panel for each theta", "scan", _RUN),
-    "period": FigureKind("shapes in the first period, a panel for each theta", "scan", _RUN),
-    "signals": FigureKind("loads on the clamp in one scan", "scan", ("theta", *_RUN)),
-    "swing": FigureKind("shapes of a rod that buckles laterally", "scan", ("theta", *_RUN)),
-    "margins": FigureKind("stability in the plane and out of it over x0", "scan", _RUN),
+    "scan": FigureKind(
+        "shapes of scans, step by step, a panel for each theta", "scan", _SCAN, has_shapes=True
+    ),
+    "period": FigureKind(
+        "shapes in the first period, a panel for each theta", "scan", _SCAN, has_shapes=True
+    ),
+    "signals": FigureKind("loads on the clamp in one scan", "scan", ("theta", *_SCAN)),
+    "swing": FigureKind(
+        "shapes of a rod that buckles laterally", "scan", ("theta", *_SCAN), has_shapes=True
+    ),
+    "margins": FigureKind("stability in the plane and out of it over x0", "scan", _SCAN),
     "state": FigureKind("shapes of one or more states of the same eta", "state"),
     "models": FigureKind(
         "error of x0_slip if line contact is neglected, over theta", "comparison", ("eta",)
@@ -109,6 +130,13 @@ _Axes = create_model(
     "_Axes",
     __base__=Section,
     **{name: (Annotated[Values | None, axis], None) for name, axis in AXES.items()},  # type: ignore[call-overload]
+    **{
+        name: (
+            kind,
+            Field(default=None, description=f"for figures of scans: values of {name} shown"),
+        )
+        for name, kind in SCAN_AXES.items()
+    },
 )
 _Inch: TypeAlias = Annotated[float, Field(ge=1, le=40)]
 # Sections of the study file with the data of a figure: grids, scans, states or comparisons by name.
@@ -140,6 +168,11 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         description=f"Python file for kind script, relative to the study file; its function {DRAW} "
         "takes the rows as a pandas.DataFrame and returns a matplotlib Figure",
     )
+    table: Literal["scans", "periods"] | None = Field(
+        default=None,
+        description="table of scans for kind script: scans, a row for each step (default), or "
+        "periods",
+    )
     size: tuple[_Inch, _Inch] | None = Field(
         default=None,
         description="width and height in inch (default width: 3.5 for a column or 7.2 for a page)",
@@ -169,15 +202,25 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         The ``selection`` selects the rows to draw; see `vibrissa.figures.draw.draw`.
         """
         given = self.model_dump(mode="json", exclude_none=True)
-        shown = [key for key in (self.source, *AXES) if key in given]
+        shown = [key for key in (self.source, *AXES, *SCAN_AXES) if key in given]
         selection = {key: given[key] for key in shown}
-        return {**given, "table": TABLES[self.source], "selection": selection}
+        return {**given, "table": self.drawn_from, "selection": selection}
+
+    @property
+    def drawn_from(self) -> str:
+        """Name of the table with the data."""
+        return self.table or FIGURE_KINDS[self.kind].table or TABLES[self.source]
+
+    def _axes_of(self, section: Any) -> Mapping[str, Any]:
+        """Return the axes that bear on what is shown; of scans, surface and law decide that."""
+        narrowed = getattr(section, "narrowed", None)
+        return narrowed(self.surface, self.law) if narrowed else section.axes
 
     def caption_of(self, sections: Sections) -> str:
         """Return the caption with the shown values filled in, or a default caption."""
         found: dict[str, set[Any]] = {}
         for name in self.names:
-            for axis, values in sections[name].axes.items():
+            for axis, values in self._axes_of(sections[name]).items():
                 found.setdefault(axis, set()).update(getattr(self, axis, None) or values)
         texts = {axis: spell_values(sorted(found[axis], key=sortable)) for axis in found}
         if self.caption:
@@ -192,7 +235,10 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         """Reject keys that the kind does not take, and figures that lack data, `over` or script."""
         mistakes, kind = Mistakes(), FIGURE_KINDS[self.kind]
         sources = [kind.source] if kind.source else list(TABLES)
-        keys = [*LOOK, *sources, *AXES, *filter(None, [kind.required])]
+        axes = [*AXES, *(SCAN_AXES if "scan" in sources else ())]
+        keys = [*LOOK, *sources, *axes, *filter(None, [kind.required])]
+        if self.kind == "script" and self.scan:
+            keys.append("table")
         for key in sorted(self.model_fields_set - set(keys)):
             mistakes.add(f"is not a key of kind {self.kind}; allowed: {', '.join(keys)}", key)
         if kind.required and not getattr(self, kind.required):
@@ -215,7 +261,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
             if name not in sections:
                 mistakes.add(unknown_name(name, self.source, sections), self.source)
                 return mistakes
-            self._check_data(mistakes, name, sections[name].axes)
+            self._check_data(mistakes, name, self._axes_of(sections[name]))
         if self.kind == "state" and len({sections[name].eta for name in self.names}) > 1:
             mistakes.add("a figure of kind state shows states of one eta", "state")
         try:
@@ -230,7 +276,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         """Find axes with too many values, and requested values that the data do not have."""
         kind = FIGURE_KINDS[self.kind]
         single = {*kind.single, *(MOUNTING_AXES if kind.source else ())} - {self.over}
-        for axis in AXES:
+        for axis in (*AXES, *SCAN_AXES):
             values = axes.get(axis, ())
             chosen = getattr(self, axis) or values
             has = f"{name!r} has {spell_values(values) or 'none'}"
