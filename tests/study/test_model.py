@@ -343,7 +343,8 @@ def test_claims_need_the_papers_points_and_say_what_to_remove(read):
 
 def test_a_table_answers_a_part_of_the_study(read):
     study = read(STUDY)
-    assert yaml.safe_load(study.part("scans")).keys() == {"study", "contact", "method", "scans"}
+    assert yaml.safe_load(study.part("periods")).keys() == {"study", "contact", "method", "scans"}
+    assert yaml.safe_load(study.part("scans"))["with_shapes"] == ["runs"]
     assert study.part("scans") == read(STUDY + "# a comment\n").part("scans")
     longer = read(edited(("[1, 2.5]", "[1, 2.5, 3]")))
     assert longer.part("scans") == study.part("scans")

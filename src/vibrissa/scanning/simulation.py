@@ -27,6 +27,8 @@ from vibrissa.scanning.tip import ClampPath, Margin, Tip
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.reading import mirrored
 
+# Decimals of a difference of positions (L).
+DECIMALS = 15
 LOCKS = "the tip locks at x = {x}, where mu0 = {mu0:.6g} and mu_lock = {mu_lock:.6g}; "
 SWINGS = (
     LOCKS + "with the clamp at {clamp} the rod buckles laterally, and its tip is dragged behind"
@@ -221,7 +223,8 @@ class Scan(Batch):
         """
         begin = np.flatnonzero(np.diff(self.period, prepend=0))
         first = np.repeat(begin, np.diff(begin, append=len(self)))
-        return self.x0[first] + self.clamp - self.clamp[first]
+        # Positions are whole steps; without rounding errors their differences are, too.
+        return self.x0[first] + np.round(self.clamp - self.clamp[first], DECIMALS)
 
     def shapes(self, points: int = 101) -> "ScannedShapes":
         """Deformed shapes of the rod at each step.
