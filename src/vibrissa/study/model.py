@@ -337,13 +337,14 @@ class Study(Section):
         written = self._context["written"]
         chosen = {key: written[key] for key in _KEYS[table] if key in written}
         if "scans" in _KEYS[table]:
-            profiles = [
-                f"{variant['profile']} {variant['content']}"
+            # The content of a profile counts, wherever the file is.
+            contents = {
+                variant["surface"]: variant["content"]
                 for name in self.scans
                 for variant in self.variants(name)
-                if "profile" in variant
-            ]
-            chosen |= {"profiles": sorted(set(profiles))} if profiles else {}
+                if "content" in variant
+            }
+            chosen |= {"profiles": contents} if contents else {}
         if table == "scans" and self.with_shapes:
             chosen["with_shapes"] = sorted(self.with_shapes)
         return yaml.safe_dump(chosen, sort_keys=False)

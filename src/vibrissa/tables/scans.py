@@ -11,6 +11,7 @@ from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.scanning import surfaces as scanned
 from vibrissa.scanning.cycles import move, stages
+from vibrissa.scanning.response import LOADS
 from vibrissa.scanning.simulation import Outcome, Scan, TipPhase, TipSide
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sticking.curve import StickingCurve
@@ -165,6 +166,8 @@ def _steps(scan: Scan, shapes: bool) -> dict[str, Any]:
         "x1": scan.contact,
         "mu0_tip": scan.mu0,
         **state_values(state),
+        # As commands and notebooks report them; the state has them to rounding.
+        **dict(zip(LOADS, scan.reactions.T, strict=True)),
     }
     if not shapes:
         return columns
@@ -183,7 +186,7 @@ def _periods(scan: Scan) -> dict[str, Any]:
     loads = {
         f"{load}_{end}": values
         for end, found in (("onset", periods.loads_onset), ("rest", periods.loads_rest))
-        for load, values in zip(("reaction_fx", "reaction_fy", "reaction_m"), found.T, strict=True)
+        for load, values in zip(LOADS, found.T, strict=True)
     }
     return {
         "period": periods.period,
