@@ -15,7 +15,8 @@ pytestmark = pytest.mark.slow
 
 # What is made anew where all tables stay.
 SHOWN = {"figures": 1, "report": 1, "summary": 1}
-SOLVED = SHOWN | {"chunk": 2, "stiction": 1, "scans": 1, "states": 1}
+SCANNED = {"scan_chunk": 1, "scans": 1, "periods": 1}
+SOLVED = SHOWN | SCANNED | {"chunk": 2, "stiction": 1, "states": 1}
 
 
 def test_the_tables_hold_the_study(finished):
@@ -33,9 +34,10 @@ def test_the_tables_hold_the_study(finished):
         ("inside", "solved", True)
     ]
     assert sorted(finished.chunks()) == ["theta1.5_eta0.85", "theta2_eta0.85"]
-    for name, section in (("stiction", "grids"), ("scans", "scans"), ("states", "states")):
+    parts = {"stiction": {"grids"}, "scans": {"scans", "with_shapes"}}
+    for name, sections in (parts | {"periods": {"scans"}, "states": {"states"}}).items():
         told = store.metadata(folder / f"{name}.parquet")
-        assert yaml.safe_load(told[store.STUDY]).keys() == {"study", section}
+        assert yaml.safe_load(told[store.STUDY]).keys() == {"study"} | sections
         assert told[store.PROGRAM] == vibrissa.__version__
 
 
@@ -101,7 +103,7 @@ def test_results_from_another_machine_are_used_as_they_are(done):
     done.edit("cycles: 3", "cycles: 2")
     done.run("--touch", "--forceall")
     done.edit("cycles: 2", "cycles: 3")
-    assert done.jobs() == SHOWN | {"scans": 1}
+    assert done.jobs() == SHOWN | SCANNED
 
 
 def test_damaged_chunks_are_named_and_removed_and_the_same_command_makes_them_anew(done):
