@@ -50,6 +50,10 @@ class FigureKind:
         A further key that must be given; empty if there is none.
     table : str
         Name of the table; by default the one of the source.
+    series : tuple of str
+        Axes of which the first that is not `over` has a series for each value by default.
+    free : tuple of str
+        Further keys that may be given.
     has_shapes : bool
         Whether it shows shapes of the rod, which a scan then keeps.
     """
@@ -59,12 +63,16 @@ class FigureKind:
     single: tuple[str, ...] = ()
     required: str = ""
     table: str = ""
+    free: tuple[str, ...] = ()
+    series: tuple[str, ...] = ()
     has_shapes: bool = False
 
 
 _RUN = ("mu0", "eta", "dx0")
 # What distinguishes scans of the same rod.
 _SCAN = (*_RUN, *SCAN_AXES)
+# The seeds of a random surface are averaged over.
+_LAWLESS = tuple(axis for axis in SCAN_AXES if axis != "seed")
 FIGURE_KINDS: Mapping[str, FigureKind] = {
     "taper": FigureKind(
         "clamp displacement x0,max over theta, a series for each mu0", "grid", ("eta", "dx0")
@@ -78,6 +86,15 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     "past_lock": FigureKind(
         "end of sticking over mu0, past mu_lock, a series for each theta", "grid", ("eta", "dx0")
     ),
+    "onset": FigureKind(
+        "clamp displacement x0,max and exact onset over any axis",
+        "grid",
+        tuple(AXES),
+        "over",
+        free=("by",),
+        series=("theta", "mu0"),
+    ),
+    "map": FigureKind("a column over two axes", "grid", tuple(AXES), "over", free=("by", "value")),
     "mounting": FigureKind(
         "onset x0_slip, mu_lock and loads on the clamp over the mounting", "grid", _RUN, "over"
     ),
@@ -98,6 +115,29 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
         "shapes of a rod that buckles laterally", "scan", ("theta", *_SCAN), has_shapes=True
     ),
     "margins": FigureKind("stability in the plane and out of it over x0", "scan", _SCAN),
+    "periods": FigureKind(
+        "travel of the clamp, length of the slip and fall of the load, for each slip law",
+        "scan",
+        (*AXES, *_LAWLESS),
+        "over",
+        table="periods",
+        free=("by",),
+        series=("law", "theta"),
+    ),
+    "sawtooth": FigureKind(
+        "load on the clamp over its position, with the slips, for each slip law",
+        "scan",
+        (*AXES, *SCAN_AXES),
+        free=("by", "value"),
+        series=("law",),
+    ),
+    "spectrum": FigureKind(
+        "spectrum of the load on the clamp, for each slip law",
+        "scan",
+        (*AXES, *SCAN_AXES),
+        free=("by", "value"),
+        series=("law",),
+    ),
     "state": FigureKind("shapes of one or more states of the same eta", "state"),
     "models": FigureKind(
         "error of x0_slip if line contact is neglected, over theta", "comparison", ("eta",)
@@ -106,6 +146,7 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
 }
 
 
+_ALL_AXES = (*AXES, *SCAN_AXES)
 _Limits: TypeAlias = tuple[FiniteFloat, FiniteFloat]
 
 
@@ -160,8 +201,20 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         default=None, description="name of the state with the data, or a list of names"
     )
     comparison: str | None = Field(default=None, description="name of the comparison with the data")
-    over: Literal[MOUNTING_AXES] | None = Field(  # type: ignore[valid-type]
-        default=None, description="axis of the mounting that has several values"
+    over: Literal[tuple(_ALL_AXES)] | None = Field(  # type: ignore[valid-type]
+        default=None,
+        description="axis of the abscissa, which has several values; kinds mounting, change and "
+        "versus: an axis of the mounting",
+    )
+    by: Literal[tuple(_ALL_AXES)] | None = Field(  # type: ignore[valid-type]
+        default=None,
+        description="axis with a series for each value (default: law for scans, theta for grids); "
+        "kind map: axis of the ordinate",
+    )
+    value: str | None = Field(
+        default=None,
+        description="column that is drawn: kind map x0_slip by default, kinds sawtooth and "
+        "spectrum reaction_fx",
     )
     script: str | None = Field(
         default=None,
@@ -202,9 +255,17 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         The ``selection`` selects the rows to draw; see `vibrissa.figures.draw.draw`.
         """
         given = self.model_dump(mode="json", exclude_none=True)
+        given |= {"by": self.series} if self.series else {}
         shown = [key for key in (self.source, *AXES, *SCAN_AXES) if key in given]
         selection = {key: given[key] for key in shown}
         return {**given, "table": self.drawn_from, "selection": selection}
+
+    @property
+    def series(self) -> str | None:
+        """Axis with a series for each value."""
+        default = FIGURE_KINDS[self.kind].series
+        # Along the axis of the series there are series of the next one.
+        return self.by or next((axis for axis in default if axis != self.over), None)
 
     @property
     def drawn_from(self) -> str:
@@ -236,7 +297,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         mistakes, kind = Mistakes(), FIGURE_KINDS[self.kind]
         sources = [kind.source] if kind.source else list(TABLES)
         axes = [*AXES, *(SCAN_AXES if "scan" in sources else ())]
-        keys = [*LOOK, *sources, *axes, *filter(None, [kind.required])]
+        keys = [*LOOK, *sources, *axes, *kind.free, *filter(None, [kind.required])]
         if self.kind == "script" and self.scan:
             keys.append("table")
         for key in sorted(self.model_fields_set - set(keys)):
@@ -275,7 +336,8 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     def _check_data(self, mistakes: Mistakes, name: str, axes: Mapping[str, Values]) -> None:
         """Find axes with too many values, and requested values that the data do not have."""
         kind = FIGURE_KINDS[self.kind]
-        single = {*kind.single, *(MOUNTING_AXES if kind.source else ())} - {self.over}
+        several = {self.over, self.series}
+        single = {*kind.single, *(MOUNTING_AXES if kind.source else ())} - several
         for axis in (*AXES, *SCAN_AXES):
             values = axes.get(axis, ())
             chosen = getattr(self, axis) or values
@@ -288,13 +350,18 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
                     f"set {axis} to one of them"
                 )
         if self.over:
-            self._check_over(mistakes, getattr(self, self.over) or axes[self.over])
+            self._check_over(mistakes, getattr(self, self.over) or axes.get(self.over, ()))
+        if self.kind == "map" and not self.by:
+            mistakes.add("missing 'by': the axis of the ordinate")
         if self.kind == "versus" and len(self.theta or axes["theta"]) < 2:
             mistakes.add("versus needs two values of theta or more", "theta")
 
     def _check_over(self, mistakes: Mistakes, shown: Values) -> None:
         """Find values of the axis `over` that the kind cannot show."""
-        if any(isinstance(value, tuple) for value in shown):
+        kind = FIGURE_KINDS[self.kind]
+        if kind.source == "grid" and not kind.free and self.over not in MOUNTING_AXES:
+            text = f"{self.over} is not allowed; allowed: {', '.join(MOUNTING_AXES)}"
+        elif any(isinstance(value, tuple) for value in shown):
             text = f"{self.over} has lists of coefficients; allowed: numbers"
         elif self.kind == "change" and not (len(shown) == 2 and 0.0 in shown):
             text = f"{self.over} has {spell_values(shown)}; allowed: two values, one of them 0"

@@ -168,6 +168,8 @@ CLAIMS = _schema(
 )
 
 SHAPE = tuple(SCANS.field(name) for name in _SHAPE.split())
+# Columns of the loads at both ends of a slip.
+LOADS = tuple(name for name in PERIODS.names if name.startswith("reaction_"))
 # Schemas of all tables of a study, by name.
 TABLES = {
     schema.metadata[b"vibrissa.table"].decode(): schema
