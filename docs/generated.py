@@ -205,6 +205,7 @@ def parts() -> dict[str, tuple[str, str]]:
         "packages": ("architecture", packages()),
         "study": ("study_file", section_keys("")),
         "grids": ("study_file", section_keys("GridSection")),
+        "surfaces": ("study_file", section_keys("SurfaceSection")),
         "scans": ("study_file", section_keys("ScanSection", shared)),
         "states": ("study_file", section_keys("StateSection")),
         "figures": ("study_file", figure_kinds()),

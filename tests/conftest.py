@@ -64,7 +64,8 @@ def study_tables(paper):
     scans = [made_tables.scans(name, scan) for name, scan in paper.scans.items()]
     return {
         "stiction": pa.concat_tables(grids),
-        "scans": pa.concat_tables(scans),
+        "scans": pa.concat_tables([one.steps for one in scans]),
+        "periods": pa.concat_tables([one.periods for one in scans]),
         "states": records.states_table(states, paper.name),
     }
 

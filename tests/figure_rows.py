@@ -226,7 +226,56 @@ def made_comparison(rows):
     )
 
 
+def heights(count):
+    axes = {"theta": np.linspace(1.0, 3.0, count), "eta": np.linspace(0.6, 0.9, 7)}
+    return slipping(combined(**axes, mu0=[0.3], dx0=[0.001]))
+
+
+def laws(count):
+    """Periods by each law, of which the law free has no ratio."""
+    ratios = np.linspace(0.4, 0.9, count)
+    scans = [("free", np.nan), *((law, k) for law in ("energy", "kinetic") for k in ratios)]
+    rows = pd.DataFrame(scans, columns=["law", "kinetic_ratio"])
+    rows = rows.merge(pd.DataFrame({"period": [1, 2, 3]}), how="cross")
+    travel = 0.03 * rows["kinetic_ratio"].fillna(1.0) + 0.001 * rows["period"]
+    return rows.assign(
+        ends_by="slip",
+        status="slip",
+        travel=travel,
+        slip_length=travel + 0.001,
+        reaction_fx_onset=-travel,
+        reaction_fx_rest=0.0,
+    )
+
+
+def teeth(count):
+    """Loads that grow and fall, by each law with another period."""
+    parts = []
+    for law, teeth in zip(
+        ("energy", "free", "kinetic"), (count, count + 1, 2 * count), strict=True
+    ):
+        footpoint = np.arange(201) * 0.002
+        phase = teeth * footpoint / 0.4
+        load = phase % 1.0
+        columns = {"footpoint": footpoint, "cycle": 1 + phase.astype(int), "reaction_fx": -load}
+        parts.append(pd.DataFrame(columns).assign(law=law, dx0=0.002))
+    return pd.concat(parts)
+
+
+# Keys that a figure has in the study file, if its kind needs them.
+GIVEN = {
+    "onset": {"over": "eta", "by": "theta"},
+    "map": {"over": "eta", "by": "theta"},
+    "periods": {"over": "kinetic_ratio", "by": "law"},
+    "sawtooth": {"by": "law"},
+    "spectrum": {"by": "law"},
+}
 ROWS = {
+    "onset": heights,
+    "map": heights,
+    "periods": laws,
+    "sawtooth": teeth,
+    "spectrum": teeth,
     "taper": taper,
     "friction": friction,
     "locking": plane,
@@ -254,4 +303,4 @@ def drawn(kind, count):
     with style.applied(), warnings.catch_warnings():
         # Such as matplotlib's when type leaves no room for the axes.
         warnings.simplefilter("error")
-        return KINDS[kind].plot(ROWS[kind](count))
+        return KINDS[kind].plot(ROWS[kind](count), **GIVEN.get(kind, {}))

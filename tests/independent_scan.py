@@ -60,13 +60,17 @@ class Scan:
     outcome: str
     contact: np.ndarray
     period: np.ndarray
+    slips: (
+        np.ndarray
+    )  # a row for each: x0 of the last step before it, clamp, x0 before, x0 after, mu
 
 
 def scan(rod, edges, mu0, positions, law, ratio):
     """Move the clamp; friction is mu0[i] before edges[i], and mu0[-1] after the last edge."""
     contact, period = rod.x1_init, 1
     mu = mu0[np.searchsorted(edges, contact)]
-    contacts, periods = [], []
+    contacts, periods, slips = [], [], []
+    x0_last = 0.0
     outcome = "complete"
     for clamp in positions:
         x0 = clamp - contact + rod.x1_init
@@ -79,10 +83,25 @@ def scan(rod, edges, mu0, positions, law, ratio):
             if rest is None:
                 outcome = "lost"
                 break
+            x0_rest = clamp - rest[0] + rod.x1_init
+            slips.append((x0_last, clamp, x0, x0_rest, mu))
             contact, mu = rest
+            x0 = x0_rest
+        x0_last = x0
         contacts.append(contact)
         periods.append(period)
-    return Scan(outcome, np.array(contacts), np.array(periods))
+    return Scan(outcome, np.array(contacts), np.array(periods), np.reshape(slips, (-1, 5)))
+
+
+def onset(rod, x0_last, x0_slip, mu):
+    """Where sticking ends between two steps, as x0."""
+    if x0_slip <= rod.pull:
+        x0_slip = rod.pull + 1e-13
+
+    def left(x0):
+        return mu - abs(rod.demand(x0))
+
+    return brentq(left, x0_last, x0_slip, xtol=1e-15)
 
 
 def slipped(rod, edges, mu0, clamp, x0, law, ratio):

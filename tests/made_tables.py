@@ -5,13 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 import pyarrow as pa
 
-from vibrissa import stick_slip
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.axes import MOUNTING_AXES
-from vibrissa.study.chunks import number_of_points, points_of
+from vibrissa.study.chunks import number_of_points
 from vibrissa.tables.points import points_table
 from vibrissa.tables.rods import rods_of, solve
-from vibrissa.tables.scans import scan_table
+from vibrissa.tables.scans import ScanTables, computed_scans
 
 SOLVER = {"method": Solver.COLLOCATION, "contact": Contact.POINT, "section": RodSection.ROUND}
 IDEAL = dict.fromkeys(MOUNTING_AXES, (0.0,))
@@ -29,17 +28,9 @@ def points(name, axes: Mapping, study="paper", curves=None, **solver):
 
 
 def scans(name, section, study="paper"):
-    """Table of a set of scans."""
-    points = points_of(section.axes)
-    return pa.concat_tables(
-        [
-            scan_table(
-                name,
-                point,
-                stick_slip(curve, point["mu0"], point["dx0"], section.cycles),
-                study=study,
-                method=Solver.COLLOCATION,
-            )
-            for point, curve in zip(points, solve(points, **SOLVER), strict=True)
-        ]
-    )
+    """Tables of a set of scans on planes: of their steps with shapes, and of their periods."""
+    planes = [{"surface": "plane", "mu0": mu0} for mu0 in section.mu0]
+    part = name, section.rods, planes, section.laws, section.to, section.cycles
+    found = list(computed_scans(*part, shapes=True, study=study, **SOLVER))
+    steps, periods = zip(*found, strict=True)
+    return ScanTables(pa.concat_tables(steps), pa.concat_tables(periods))

@@ -24,7 +24,7 @@ figures:
   state: {kind: state, state: inside}
 """
 STICTION = "results/tiny/tables/stiction.parquet"
-TABLES = [f"tables/{name}.parquet" for name in ("stiction", "scans", "states")]
+TABLES = [f"tables/{name}.parquet" for name in ("stiction", "scans", "periods", "states")]
 ARCHIVED = [*TABLES, "summary.txt", "report.html"]
 
 

@@ -9,7 +9,7 @@ from made_tables import grid, points
 from vibrissa import Mounting, solve_curve, solve_state, stick_slip
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.tables import records
-from vibrissa.tables.scans import scan_table
+from vibrissa.tables.scans import scan_tables
 
 MU0 = (0.2, 0.3, 0.45, 0.9)
 FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luck")
@@ -32,15 +32,27 @@ def stiction():
 
 
 @cache
-def scans():
+def scanned():
     """Three scans: one that slips, one that swings aside and is dragged, one without states."""
     parts = []
     for theta, mu0, step in ((1.0, 0.3, "0.004"), (3.0, 0.9, "0.1"), (9.0, 0.3, "0.01")):
         point = {name: values[0] for name, values in grid((theta,), MU0, dx0=(0.01,)).items()}
+        point |= {"surface": "plane", "law": "free"}
         curve = curves()[theta]
         scan = stick_slip(curve, mu0, Decimal(step), 2)
-        parts.append(scan_table("runs", point, scan, study="small", method=curve.method))
-    return pa.concat_tables(parts)
+        about = {"study": "small", "method": curve.method, "shapes": True}
+        parts.append(scan_tables("runs", point, scan, **about))
+    return parts
+
+
+@cache
+def scans():
+    return pa.concat_tables([part.steps for part in scanned()])
+
+
+@cache
+def periods():
+    return pa.concat_tables([part.periods for part in scanned()])
 
 
 @cache
@@ -58,7 +70,7 @@ def states():
 
 
 def tables():
-    return {"stiction": stiction(), "scans": scans(), "states": states()}
+    return {"stiction": stiction(), "scans": scans(), "periods": periods(), "states": states()}
 
 
 def columns(table):

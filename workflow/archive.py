@@ -37,7 +37,7 @@ def main(argv: list[str]) -> int:
             options.configfile,
             version,
             output,
-            [figure.script for figure in study.figures.values() if figure.script],
+            study.data_files,
         )
     except (VibrissaError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)

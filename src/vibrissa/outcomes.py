@@ -1,4 +1,4 @@
-"""Enumerations: outcomes of computations, and kinds of contact, cross-section and solver.
+"""Enumerations: outcomes of computations, kinds of contact, cross-section, slip law and solver.
 
 A Snakefile can import this module quickly, as it loads no other library.
 """
@@ -101,6 +101,24 @@ class RodSection(StrEnum):
 
     ROUND = "round"
     PLANAR = "planar"
+
+
+class SlipLaw(StrEnum):
+    """Where a slip ends.
+
+    Attributes
+    ----------
+    FREE
+        At α = 0, where no friction is needed (the paper's assumption).
+    KINETIC
+        Where |tan α| = μk: the tip slides so slowly that inertia plays no part.
+    ENERGY
+        Where kinetic friction has dissipated the released bending energy, at zero velocity.
+    """
+
+    FREE = "free"
+    KINETIC = "kinetic"
+    ENERGY = "energy"
 
 
 class Solver(StrEnum):

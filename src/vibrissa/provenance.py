@@ -32,7 +32,7 @@ UNKNOWN = "unknown"
 _SOLVER = ("numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.py", "tables")
 _SOLVER_LIBRARIES = ("numpy", "scipy")
 # What also determines the tables of scans.
-_SCANNING, _SCANNED = ("scanning",), ("scans", "periods")
+_SCANNING, SCANNED = ("scanning", "study/surfaces.py"), frozenset(("scans", "periods"))
 # What also determines figures, verdicts, summary and report.
 _DISPLAY = ("study", "figures", "paper", "report", "explorer")
 _DISPLAY_LIBRARIES = ("pandas", "pyarrow", "matplotlib")
@@ -92,7 +92,7 @@ def code_of(table: str) -> str:
     """
     if table == "claims":
         return ", ".join(display_code())
-    return ", ".join(scanning_code() if table in _SCANNED else solver_code())
+    return ", ".join(scanning_code() if table in SCANNED else solver_code())
 
 
 def solver_code() -> list[str]:

@@ -100,7 +100,7 @@ def test_scans_of_two_mountings_are_two(tmp_path, stiction):
     scan = "{theta: [2], mu0: [0.3], eta: [0.85], dx0: [0.02], cycles: 2, curvature: [0, [0, 0.1]]}"
     study.write_text(STUDY + f"scans: {{s: {scan}}}\n")
     scans = made_tables.scans("s", read_study(study).scans["s"])
-    results = with_results(tmp_path, "a", stiction, scans=scans)
+    results = with_results(tmp_path, "a", stiction, scans=scans.steps, periods=scans.periods)
     assert len(condensed(results)["scans"]) == 4
     bless(results, tmp_path / "r", LAYOUTS)
     assert told((results, tmp_path / "r")) == []

@@ -23,7 +23,7 @@ from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.study.chunks import spell_powers
 from vibrissa.tables import records
-from vibrissa.tables.scans import scan_table
+from vibrissa.tables.scans import scan_tables
 
 MU0 = (0.2, 0.3, 0.4, 0.9)
 FAILED = failed_curve(theta=2.0, eta=0.05, method="collocation", message="no luck")
@@ -46,7 +46,8 @@ def points_table(grids, curves):
 def scanned(curve, theta, mu0):
     point = {name: one for name, (one,) in grid((theta,), (mu0,), (0.01,)).items()}
     scan = stick_slip(curve, mu0, 0.01, 3)
-    return scan_table("runs", point, scan, study="a", method=curve.method)
+    point |= {"surface": "plane", "law": "free"}
+    return scan_tables("runs", point, scan, study="a", method=curve.method, shapes=True).steps
 
 
 @cache
@@ -205,7 +206,7 @@ def test_scan_figures_have_a_panel_for_each_taper(mu0):
 @pytest.mark.slow
 def test_all_figures_of_a_scan_have_one_scale_and_the_same_axes():
     tapers, frictions = (2.0, 3.0), (0.2, 0.3)
-    parts = [scan_table(curve_of(theta), theta, mu0) for theta in tapers for mu0 in frictions]
+    parts = [scanned(curve_of(theta), theta, mu0) for theta in tapers for mu0 in frictions]
     scales, limits = [], []
     for chosen in ({"mu0": [0.3]}, {"mu0": [0.2]}, {"mu0": [0.2], "theta": [2.0]}, {}):
         figure = draw("scan", pa.concat_tables(parts), {"scan": "runs", **chosen})

@@ -163,11 +163,11 @@ def test_every_text_is_escaped(study_tables):
 def test_what_failed_is_told_and_not_shown(study_tables):
     found = {
         "stiction": failed(schemas.STICTION, grid="g", message="try a thicker rod"),
-        "scans": failed(schemas.SCANS, scan="runs"),
+        "scans": failed(schemas.SCANS, scan="runs", message="no step"),
         "states": failed(schemas.STATES, state="low", message="it is too low"),
     }
     said = Elements(page(about(), found, [])).text
-    for line in ("stiction: 1 row failed: try a thicker rod", "scans: 1 row failed"):
+    for line in ("stiction: 1 row failed: try a thicker rod", "scans: 1 row failed: no step"):
         assert line in said
     assert "states: 1 row failed: it is too low" in said
     assert "Choose a figure of the paper, or" in said and "Green" not in said

@@ -61,7 +61,33 @@ def compared(seed, number):
     # A locked tip sticks on beyond the states that are known here.
     assert len(found) == n or (expected.outcome == "lock" and len(found) > n), seed
     assert (found.period[:n] == expected.period).all(), seed
+    check_periods(found.periods, expected, rod, law)
     return np.abs(found.contact[:n] - expected.contact).max(), int(expected.period[-1]) - 1
+
+
+def check_periods(periods, expected, rod, law):
+    """Compare the columns of the periods that end with a slip."""
+    n = len(expected.slips)
+    periods = periods.take(slice(n))
+    _, clamp, x0, x0_rest, mu = expected.slips.T
+    assert (periods.ends_by == "slip").all() and (periods.slip == clamp).all()
+    steps = np.bincount(expected.period)[1 : n + 1]
+    assert (periods.steps == steps - 1).all()
+    assert periods.mu0 == pytest.approx(mu, abs=1e-12)
+    assert periods.x0_rest == pytest.approx(x0_rest, abs=1e-9)
+    assert periods.slip_length == pytest.approx(np.abs(x0 - x0_rest), abs=1e-9)
+    pushed = np.flatnonzero(x0 > rod.pull)
+    onsets = [independent_scan.onset(rod, *row) for row in expected.slips[pushed][:, [0, 2, 4]]]
+    assert periods.x0_onset[pushed] == pytest.approx(onsets, abs=1e-10)
+    assert periods.onset[pushed] == pytest.approx(clamp[pushed] + onsets - x0[pushed], abs=1e-10)
+    assert periods.mobilised[pushed] == pytest.approx(mu[pushed], abs=1e-9)
+    q, p = rod.q(x0_rest), rod.p(x0_rest)
+    assert periods.loads_rest[:, :2] == pytest.approx(np.stack([-q, -p], axis=1), abs=1e-8)
+    work = rod.q.integ()
+    released = work(np.maximum(x0, rod.pull)) - work(x0_rest)
+    assert periods.released == pytest.approx(released, abs=1e-10)
+    if law == "energy":
+        assert periods.dissipated == pytest.approx(periods.released, abs=1e-9)
 
 
 @pytest.mark.slow

@@ -174,14 +174,15 @@ def test_the_tables_are_the_same_as_without_a_cluster(cluster, hold, tmp_path):
 
     points = project.table("stiction")
     assert len(points) >= 20_000
-    assert project.tables().keys() == {"stiction", "scans", "states"}
+    assert project.tables().keys() == {"stiction", "scans", "periods", "states"}
     assert_same_tables(project, here)
 
     jobs = all_jobs()
     assert {state for state, _ in jobs} == {"COMPLETED"}
     assert {node for _, node in jobs} == {"n1", "n2"}
     chunks = list(project.root.glob("results/*/chunks/*/*.parquet"))
-    assert len(jobs) == len(chunks) + 2 >= 6  # one for each chunk, the scans and the states
+    chunks += project.root.glob("results/*/scan_chunks/scans/*/*.parquet")
+    assert len(jobs) == len(chunks) + 1 >= 7  # one for each chunk, and the states
     print(
         f"\n{len(points)} points, bit for bit the same: {seconds[0]:.0f} s on this machine, "
         f"{seconds[1]:.0f} s as {len(jobs)} jobs of SLURM"

@@ -11,7 +11,7 @@ from vibrissa.study.chunks import number_of_points
 from vibrissa.study.reading import read_study
 from vibrissa.tables import records
 from vibrissa.tables.points import points_table
-from vibrissa.tables.scans import scan_table
+from vibrissa.tables.scans import scan_tables
 
 AXES = made_tables.grid(theta=(1.0, 2.0), mu0=(0.2, 0.4, 0.5), dx0=(0.001, 0.005))
 CURVES = [solve_curve(theta, 0.85) for theta in (1.0, 2.0)]
@@ -43,9 +43,9 @@ def test_scans_and_states_have_the_frequencies_of_their_states():
     curve = CURVES[1]
     point = {name: one for name, (one,) in made_tables.grid((2.0,), (0.3,), (0.85,)).items()}
     scan = stick_slip(curve, 0.3, 0.01, 2)
-    made = scan_table(
-        "runs", point, scan, study="a", method=curve.method, frequencies=2
-    ).to_pandas()
+    made = scan_tables(
+        "runs", point, scan, study="a", method=curve.method, shapes=False, frequencies=2
+    ).steps.to_pandas()
     expected = curve.frequencies(made["x0"].to_numpy(), 2)
     assert made[[*FREQUENCIES]].to_numpy() == pytest.approx(expected, rel=1e-9)
     state = solve_state(2.0, 0.85, 0.38)

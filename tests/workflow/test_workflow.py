@@ -18,7 +18,8 @@ pytestmark = pytest.mark.slow
 
 # What is made anew where all tables stay.
 SHOWN = {"figures": 1, "report": 1, "summary": 1}
-SOLVED = SHOWN | {"chunk": 2, "stiction": 1, "scans": 1, "states": 1}
+SCANNED = {"scan_chunk": 1, "scans": 1, "periods": 1}
+SOLVED = SHOWN | SCANNED | {"chunk": 2, "stiction": 1, "states": 1}
 
 
 def test_the_tables_hold_the_study(finished):
@@ -36,9 +37,10 @@ def test_the_tables_hold_the_study(finished):
         ("inside", "solved", True)
     ]
     assert sorted(finished.chunks()) == ["theta1.5_eta0.85", "theta2_eta0.85"]
-    for name, section in (("stiction", "grids"), ("scans", "scans"), ("states", "states")):
+    parts = {"stiction": {"grids"}, "scans": {"scans", "with_shapes"}}
+    for name, sections in (parts | {"periods": {"scans"}, "states": {"states"}}).items():
         told = store.metadata(folder / f"{name}.parquet")
-        assert yaml.safe_load(told[store.STUDY]).keys() == {"study", section}
+        assert yaml.safe_load(told[store.STUDY]).keys() == {"study"} | sections
         assert told[store.PROGRAM] == vibrissa.__version__
 
 
@@ -100,7 +102,7 @@ def test_results_from_elsewhere_are_used_if_this_code_makes_them_of_this_study(e
     assert edited.jobs() == {}
     edited.edit("cycles: 2", "cycles: 3")
     edited.edit("Two cycles.", "Cycles.")
-    assert edited.jobs() == SHOWN | {"scans": 1}
+    assert edited.jobs() == SHOWN | SCANNED
     # Only what is asked for is made again.
     edited.edit("step * numerator", "2 * step * numerator", "src/vibrissa/numerics/steps.py")
     assert set(edited.jobs("results/tiny/tables/states.parquet")) == {"states"}

@@ -85,3 +85,4 @@ def again(*names):
 
 wildcard_constraints:
     chunk=".+",
+    scan_chunk=".+",

@@ -1,4 +1,4 @@
-# From the study file to the tables: stiction.parquet by chunks, the others by one job each.
+# From the study file to the tables: those of grids and scans by chunks, the others by one job each.
 
 
 rule chunk:
@@ -45,40 +45,93 @@ rule stiction:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
+        table="stiction",
         chunk_parts=list(map(STUDY.chunk_part, STUDY.chunks)),
         study_part=STUDY.part("stiction"),
         code=SOLVING_CODE,
     message:
         "joining the chunks into one table"
     script:
-        "../scripts/stiction.py"
+        "../scripts/joined.py"
+
+
+rule scan_chunk:
+    input:
+        again("scan_chunks/scans/{scan_chunk}.parquet", "scan_chunks/periods/{scan_chunk}.parquet"),
+    output:
+        steps=f"{RESULTS}/scan_chunks/scans/{{scan_chunk}}.parquet",
+        periods=f"{RESULTS}/scan_chunks/periods/{{scan_chunk}}.parquet",
+    log:
+        f"{RESULTS}/logs/scan_chunks/{{scan_chunk}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/scan_chunks/{{scan_chunk}}.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt
+        * STUDY.scan_chunks[wildcards.scan_chunk].minutes(),
+    params:
+        study=STUDY.name,
+        scans=lambda wildcards: STUDY.scan_chunks[wildcards.scan_chunk].params,
+        solver=STUDY.solved,
+        # Stored in the files: rules `scans` and `periods` refuse chunks of another study file.
+        study_part=lambda wildcards: STUDY.scan_chunk_part(wildcards.scan_chunk),
+        code=SCANNING_CODE,
+    message:
+        "moving the clamp through {wildcards.scan_chunk}"
+    script:
+        "../scripts/scans.py"
 
 
 rule scans:
     input:
         again("tables/scans.parquet"),
+        chunks=expand(rules.scan_chunk.output.steps, scan_chunk=STUDY.scan_chunks),
     output:
         f"{RESULTS}/tables/scans.parquet",
     log:
         f"{RESULTS}/logs/scans.log",
     benchmark:
         f"{RESULTS}/benchmarks/scans.tsv"
+    localrule: True
     conda:
         "../envs/vibrissa.yaml"
     threads: 1
-    resources:
-        runtime=lambda wildcards, attempt: attempt * 60,
     params:
-        study=STUDY.name,
-        scans={name: (scan.axes, scan.cycles) for name, scan in STUDY.scans.items()},
-        solver=STUDY.solver,
-        frequencies=STUDY.frequencies,
+        table="scans",
+        chunk_parts=list(map(STUDY.scan_chunk_part, STUDY.scan_chunks)),
         study_part=STUDY.part("scans"),
         code=SCANNING_CODE,
     message:
-        "moving the clamp through the scans"
+        "joining the steps of all scans into one table"
     script:
-        "../scripts/scans.py"
+        "../scripts/joined.py"
+
+
+rule periods:
+    input:
+        again("tables/periods.parquet"),
+        chunks=expand(rules.scan_chunk.output.periods, scan_chunk=STUDY.scan_chunks),
+    output:
+        f"{RESULTS}/tables/periods.parquet",
+    log:
+        f"{RESULTS}/logs/periods.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/periods.tsv"
+    localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    params:
+        table="periods",
+        chunk_parts=list(map(STUDY.scan_chunk_part, STUDY.scan_chunks)),
+        study_part=STUDY.part("periods"),
+        code=SCANNING_CODE,
+    message:
+        "joining the periods of all scans into one table"
+    script:
+        "../scripts/joined.py"
 
 
 rule states:

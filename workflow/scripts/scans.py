@@ -1,32 +1,21 @@
-"""Move the clamp step by step through all scans."""
+"""Compute the scans of one chunk: a table of their steps, and one of their periods."""
 
 from vibrissa.pipeline import jobs
-from vibrissa.scanning.cycles import stick_slip
-from vibrissa.study.chunks import points_of
 from vibrissa.tables import schemas, store
-from vibrissa.tables.rods import solve
-from vibrissa.tables.scans import scan_table
+from vibrissa.tables.scans import computed_scans
+
+# The periods of a chunk are few, so that they are kept until all steps are written.
+periods = []
 
 
-def tables(params):
-    """Yield the table of each scan."""
-    method = params.solver["method"]
-    for name, (axes, cycles) in params.scans.items():
-        points = points_of(axes)
-        curves = solve(points, **params.solver)
-        for point, curve in zip(points, curves, strict=True):
-            found = stick_slip(curve, point["mu0"], point["dx0"], cycles)
-            print(name, *point.values(), found.status, found.message)
-            yield scan_table(
-                name,
-                point,
-                found,
-                study=params.study,
-                method=method,
-                frequencies=params.frequencies,
-            )
+def steps(params):
+    """Yield the steps of each scan, and keep its periods."""
+    for found in computed_scans(**params.scans, study=params.study, **params.solver):
+        periods.append(found.periods)
+        yield found.steps
 
 
 with jobs.logged(snakemake.log[0]):
-    params = snakemake.params
-    store.write_batches(tables(params), schemas.SCANS, snakemake.output[0], params.study_part)
+    params, output = snakemake.params, snakemake.output
+    store.write_batches(steps(params), schemas.SCANS, output.steps, params.study_part)
+    store.write_batches(periods, schemas.PERIODS, output.periods, params.study_part)

@@ -8,11 +8,12 @@ import pandas as pd
 from vibrissa.errors import ComparisonError
 from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.tables import query, schemas
+from vibrissa.tables.counts import SCAN
 from vibrissa.tables.frames import to_pandas
 from vibrissa.tables.query import Readable
 
 # Tables of a study that are compared.
-TABLES = ("stiction", "scans", "states", "comparisons")
+TABLES = ("stiction", "scans", "periods", "states", "comparisons")
 _ROD = ["theta", "eta", *MOUNTING_AXES, "curvature_powers"]
 # Columns of a condensed cycle: column of its steps, and how the values of the steps are combined.
 _CYCLE = {
@@ -41,10 +42,10 @@ _CYCLE = {
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     """Read the tables in a folder of results, condensed enough to compare them in a diff.
 
-    The result maps names to tables. ``stiction`` and ``comparisons`` have all rows of the table of
-    the same name. ``curves`` has the first row of ``stiction`` for each rod, ``scans`` one row for
-    each stick-slip cycle, and ``states`` one row for each state. ``scans``, ``states`` and
-    ``comparisons`` exist only if the study has them.
+    The result maps names to tables. ``stiction``, ``periods`` and ``comparisons`` have all rows of
+    the table of the same name. ``curves`` has the first row of ``stiction`` for each rod, ``scans``
+    one row for each stick-slip cycle, and ``states`` one row for each state. ``scans``,
+    ``periods``, ``states`` and ``comparisons`` exist only if the study has them.
     """
     paths = {name: folder / f"tables/{name}.parquet" for name in TABLES}
     found = {
@@ -58,14 +59,14 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
         )
     result: dict[str, pd.DataFrame] = {
         name: to_pandas(query.rows(found[name], found[name].schema.names))
-        for name in ("stiction", "comparisons")
+        for name in ("stiction", "periods", "comparisons")
         if name in found
     }
     result["curves"] = result["stiction"].drop_duplicates(_ROD)
     if "scans" in found:
         steps = _without_shapes(found["scans"])
         steps["is_slip"] = (steps["phase"] == "slip").fillna(False).astype(int)
-        cycles = steps.groupby(["scan", "mu0", "dx0", *_ROD, "cycle"], dropna=False)
+        cycles = steps.groupby([*SCAN, "cycle"], dropna=False)
         result["scans"] = cycles.agg(**_CYCLE).reset_index()
     if "states" in found:
         result["states"] = _without_shapes(found["states"])

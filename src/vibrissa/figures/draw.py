@@ -19,7 +19,9 @@ from vibrissa.figures import (
     comparisons,
     labels,
     lateral,
+    maps,
     mountings,
+    periods,
     points,
     regimes,
     scans,
@@ -29,13 +31,26 @@ from vibrissa.figures import (
 )
 from vibrissa.figures.kinds import KINDS
 from vibrissa.outcomes import NO_RESULT
-from vibrissa.study.axes import sortable
+from vibrissa.study.axes import SURFACE_AXES, sortable
 from vibrissa.study.chunks import spell_powers
 from vibrissa.study.figures import DRAW, TABLES
 from vibrissa.tables import query
 
+# Axes of scans that may have no value.
+WITHOUT_EFFECT = (*SURFACE_AXES, "kinetic_ratio")
 # Importing them registers their kinds.
-FAMILIES = (points, regimes, lateral, mountings, scans, slip, states, comparisons)
+FAMILIES = (
+    points,
+    regimes,
+    lateral,
+    maps,
+    mountings,
+    periods,
+    scans,
+    slip,
+    states,
+    comparisons,
+)
 
 
 def draw(
@@ -77,11 +92,10 @@ def draw(
         elif KINDS[kind].is_scaled_by_all:
             source = {key: selection[key] for key in TABLES if key in selection}
             figure = KINDS[kind].plot(rows, query.frame(table, columns, _condition(source)))
-        elif KINDS[kind].is_scaled_by_all:
-            source = {key: selection[key] for key in TABLES if key in selection}
-            figure = KINDS[kind].plot(rows, query.frame(table, columns, _condition(source)))
         else:
-            figure = KINDS[kind].plot(rows)
+            given = look or {}
+            keys = {key: given[key] for key in KINDS[kind].keys if given.get(key)}
+            figure = KINDS[kind].plot(rows, **keys)
         # The maps of `regimes` have equal axes.
         _adjust(figure, figure.axes if kind == "regimes" else figure.axes[:1], look or {})
     return figure
@@ -100,6 +114,9 @@ def _condition(selection: Mapping[str, Any]) -> pc.Expression:
         values = value if isinstance(value, list) else [value]
         if name == "curvature":
             conditions.append(reduce(or_, map(_has_curvature, values)))
+        elif name in WITHOUT_EFFECT:
+            # An axis without effect on a scan does not exclude it.
+            conditions.append(query.one_of(name, values) | pc.field(name).is_null())
         else:
             conditions.append(query.one_of(name, values))
     return reduce(and_, conditions)

@@ -17,11 +17,13 @@ class Kind:
 
     If `is_scaled_by_all`, the function also takes all rows of the figure's scan or grid, so that
     figures of different rows of it have the same scale.
+    The function also takes those of the `keys` of the study file that the figure has.
     """
 
     columns: tuple[str, ...]
     plot: Plot
     is_scaled_by_all: bool = False
+    keys: tuple[str, ...] = ()
 
 
 # Kinds of figures by their name in the study file.
@@ -29,12 +31,16 @@ KINDS: dict[str, Kind] = {}
 
 
 def kind(
-    name: str, *, columns: tuple[str, ...], is_scaled_by_all: bool = False
+    name: str,
+    *,
+    columns: tuple[str, ...],
+    is_scaled_by_all: bool = False,
+    keys: tuple[str, ...] = (),
 ) -> Callable[[Plot], Plot]:
     """Register a function as a kind of figure; see `Kind`."""
 
     def register(plot: Plot) -> Plot:
-        KINDS[name] = Kind(columns=columns, plot=plot, is_scaled_by_all=is_scaled_by_all)
+        KINDS[name] = Kind(columns=columns, plot=plot, is_scaled_by_all=is_scaled_by_all, keys=keys)
         return plot
 
     return register

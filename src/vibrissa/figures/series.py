@@ -30,7 +30,7 @@ class Series:
     """
 
     def __init__(self, rows: pd.DataFrame, column: str) -> None:
-        self.column, self.symbol = column, SYMBOLS[column]
+        self.column, self.symbol = column, SYMBOLS.get(column, column.replace("_", r"\ "))
         self.values = sorted(set(rows[column]))
         self.few = len(self.values) <= len(COLORS)
         parts = np.linspace(0.0, DARK, len(self.values))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from vibrissa.errors import ComparisonError, DamagedTableError, VibrissaError
 from vibrissa.pipeline.places import PAPER, near
-from vibrissa.provenance import display_code
+from vibrissa.provenance import SCANNED, display_code
 from vibrissa.study.model import Study
 from vibrissa.tables import store
 
@@ -59,7 +59,7 @@ def _has_mark(path: Path, mark: str) -> bool:
 def outdated(folder: Path, study: Study) -> dict[Path, str]:
     """Find existing results that must be made again, with the reason of each.
 
-    Chunks are looked at only where ``stiction`` must be made again.
+    Chunks are looked at only where their table must be made again.
 
     Parameters
     ----------
@@ -77,6 +77,14 @@ def outdated(folder: Path, study: Study) -> dict[Path, str]:
     if joined in found or not joined.is_file():
         chunks = {f"chunks/{name}.parquet": study.chunk_part(name) for name in study.chunks}
         found |= dict(_outdated_tables(folder, chunks))
+    for table in SCANNED.intersection(study.tables):
+        joined = folder / f"tables/{table}.parquet"
+        if joined in found or not joined.is_file():
+            chunks = {
+                f"scan_chunks/{table}/{name}.parquet": study.scan_chunk_part(name)
+                for name in study.scan_chunks
+            }
+            found |= dict(_outdated_tables(folder, chunks))
     for name, mark in marks(study).items():
         path = folder / name
         if path.is_file() and not _has_mark(path, mark):
@@ -141,7 +149,12 @@ def kept(folder: Path, study: Study, old: Collection[str], began: float) -> str:
         done = [one for one in there if str(one) not in old or one.stat().st_mtime > began]
         return f"{len(done):,} of {len(paths):,}"
 
-    chunks = finished(f"chunks/{name}" for name in study.chunks)
+    chunks = finished(
+        [
+            *(f"chunks/{name}" for name in study.chunks),
+            *(f"scan_chunks/scans/{name}" for name in study.scan_chunks),
+        ]
+    )
     tables = finished(f"tables/{name}" for name in study.tables)
     return f"{folder} has {chunks} chunks and {tables} tables."
 

@@ -95,6 +95,8 @@ def troubles(found: Mapping[str, Readable]) -> list[str]:
     """List the reasons for rows without a result, by table, the most frequent first."""
     lines = []
     for name, table in found.items():
+        if name == "periods":  # the table of scans has the same reasons
+            continue
         reasons: Counter[str] = Counter()
         columns = set(table.schema.names)
         for status in sorted(columns & {"status", "status_point", "status_line"}):

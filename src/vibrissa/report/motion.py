@@ -8,13 +8,12 @@ import pandas as pd
 import yaml
 
 from vibrissa.explorer.page import IDEAL, MOUNTED, PAPER, Preset, Recording, fits
-from vibrissa.outcomes import Contact, RodSection
+from vibrissa.outcomes import NO_RESULT, Contact, RodSection, SlipLaw
 from vibrissa.report.spelling import symbol
-from vibrissa.report.tables import MOUNTING, POINT, SCAN
+from vibrissa.report.tables import POINT
 from vibrissa.study.axes import MOUNTING_AXES, in_list
-from vibrissa.tables import query
+from vibrissa.tables.counts import SCAN, rows_of, scan_keys
 from vibrissa.tables.query import Readable
-from vibrissa.tables.schemas import SHAPE
 from vibrissa.wording import counted, figure_name
 
 # Largest number of rows of all scans together in a page, and of scans.
@@ -29,15 +28,23 @@ Selections: TypeAlias = Mapping[str, Mapping[str, Any]]
 def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Preset, ...], str]:
     """Choose the presets of the explorer in the report; return them and a note on omitted scans.
 
-    The presets are the first `MOST_SCANS` scans that have the ideal mounting and parameters within
-    the ranges of the explorer's fields. Long scans are thinned out. Each preset is named after the
-    figure that shows its scan. If several figures show it, the one whose selection has the most
-    keys counts. If there are no such scans, the explorer's own presets are returned.
+    The presets are the first `MOST_SCANS` scans on a plane by the law ``free`` that have the ideal
+    mounting and parameters within the ranges of the explorer's fields. Long scans are thinned out.
+    Each preset is named after the figure that shows its scan. If several figures show it, the one
+    whose selection has the most keys counts. If there are no such scans, the explorer's own presets
+    are returned.
     """
-    scans = _solved(found["scans"]) if "scans" in found else []
-    offered = [scan for scan in scans if _is_repeatable(scan.iloc[0])][:MOST_SCANS]
-    lost = len(scans) - len(offered)
-    why = f"it shows {MOST_SCANS} at most, in the ideal mounting, with values that its fields allow"
+    offered, lost = [], 0
+    if "scans" in found:
+        scans = scan_keys(found["scans"])
+        scans = scans[~scans["status"].isin(NO_RESULT)]
+        shown = scans[[_is_repeatable(scan) for _, scan in scans.iterrows()]].head(MOST_SCANS)
+        offered = _steps(found["scans"], shown) if len(shown) else []
+        lost = len(scans) - len(offered)
+    why = (
+        f"it shows {MOST_SCANS} at most, in the ideal mounting, forward over a plane by the law "
+        "free, with values that its fields allow"
+    )
     note = f"The explorer leaves out {counted(lost, 'scan')}: {why}." if lost else ""
     if not offered:
         return (*PAPER, *MOUNTED), note
@@ -45,18 +52,17 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
     return tuple(_preset(rows, shared, most, figures) for rows in offered), note
 
 
-def _is_repeatable(step: pd.Series) -> bool:
-    is_ideal = not step[list(MOUNTING_AXES)].any() and pd.isna(step["curvature_powers"])
-    return is_ideal and fits(dict(step[list(POINT)]))
+def _is_repeatable(scan: pd.Series) -> bool:
+    is_ideal = not scan[list(MOUNTING_AXES)].any() and pd.isna(scan["curvature_powers"])
+    is_free = scan["law"] == SlipLaw.FREE and pd.notna(scan["mu0"])
+    return is_ideal and is_free and fits(dict(scan[list(POINT)]))
 
 
-def _solved(scans: Readable) -> list[pd.DataFrame]:
-    """Split the rows by scan; omit scans without a result."""
-    shapes = {field.name for field in SHAPE}
-    rows = query.frame(scans, [name for name in scans.schema.names if name not in shapes])
-    rows = rows[rows["footpoint"].notna()]
-    groups = rows.groupby([*SCAN, *MOUNTING], sort=False, dropna=False)
-    return [scan for _, scan in groups]
+def _steps(table: Readable, scans: pd.DataFrame) -> list[pd.DataFrame]:
+    """Return the steps of each scan; leave out scans that go back."""
+    rows = rows_of(table, [*COLUMNS.values(), "status"], scans)
+    steps = [scan for _, scan in rows.groupby([*SCAN], sort=False, dropna=False)]
+    return [scan for scan in steps if scan["footpoint"].is_monotonic_increasing]
 
 
 def _shared(table: Readable) -> dict[str, float | str]:

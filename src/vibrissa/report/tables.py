@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 
 from vibrissa.report.spelling import spell, spell_column, spell_unit, symbol
-from vibrissa.study.axes import MOUNTING_AXES
+from vibrissa.study.axes import LAW_AXES, MOUNTING_AXES, SURFACE_AXES
 from vibrissa.tables import query
+from vibrissa.tables.counts import SCAN, rows_of, scan_keys
 from vibrissa.tables.query import Readable
 from vibrissa.wording import figure_name
 
@@ -22,8 +23,8 @@ LEAST_ROWS, FEW = 4, 2
 DECIMALS = 9
 
 POINT = ("theta", "mu0", "eta", "dx0")
-SCAN = ("scan", *POINT)
 MOUNTING = (*MOUNTING_AXES, "curvature_powers")
+SCAN_AXES = (*SURFACE_AXES, *LAW_AXES)
 REACTIONS = ("reaction_fx", "reaction_fy", "reaction_m")
 # Title and columns of each table that is shown.
 SHOWN = {
@@ -34,7 +35,10 @@ SHOWN = {
             *("mu_lock", "f_slip", "reaction_m_slip", "residual"),
         ),
     ),
-    "scans": ("Scans", (*SCAN, "status", "cycle", "x0", *REACTIONS)),
+    "scans": (
+        "Scans",
+        ("scan", *POINT, "surface", *SCAN_AXES, "status", "cycle", "x0", *REACTIONS),
+    ),
     "states": (
         "Single states",
         (
@@ -94,6 +98,10 @@ def sections(found: Mapping[str, Readable]) -> list[Section]:
             note = ""
             rows = query.spaced(table, (*columns, *mounting), MOST_ROWS)
         columns = (*columns, *(axis for axis in mounting if {*rows[axis].dropna()} - {0.0}))
+        # A column that no scan has a value of, such as the seed of a plane, tells nothing.
+        columns = tuple(
+            name for name in columns if name not in SCAN_AXES or rows[name].notna().any()
+        )
         shown.append(_section(table, rows, columns, title, note))
     return shown
 
@@ -136,11 +144,11 @@ def _trend(
 
 def _scans(table: Readable, columns: Sequence[str]) -> pd.DataFrame:
     """Return a row for each scan: number of cycles, largest x0, and range of each load."""
-    rows = query.frame(table, columns)
+    rows = rows_of(table, columns, scan_keys(table).head(MOST_ROWS))
     loads = {name: _range for name in REACTIONS}
     kept = {"status": "first", "cycle": "max", "x0": "max", **loads}
-    scans = rows.groupby([*SCAN, *MOUNTING], sort=False, dropna=False).agg(kept)
-    return scans.reset_index().head(MOST_ROWS)
+    scans = rows.groupby([*SCAN], sort=False, dropna=False).agg(kept)
+    return scans.reset_index()
 
 
 def _range(values: pd.Series) -> str:

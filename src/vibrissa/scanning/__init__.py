@@ -9,7 +9,10 @@ from vibrissa.lazy import attached
 
 if TYPE_CHECKING:
     from vibrissa.scanning import surfaces as surfaces
+    from vibrissa.scanning.cycles import move as move
+    from vibrissa.scanning.cycles import stages as stages
     from vibrissa.scanning.cycles import stick_slip as stick_slip
+    from vibrissa.scanning.periods import Periods as Periods
     from vibrissa.scanning.rods import MountedRod as MountedRod
     from vibrissa.scanning.simulation import Outcome as Outcome
     from vibrissa.scanning.simulation import Scan as Scan
@@ -22,7 +25,8 @@ if TYPE_CHECKING:
 __getattr__, __all__ = attached(
     __name__,
     {
-        "cycles": "stick_slip",
+        "cycles": "move stages stick_slip",
+        "periods": "Periods",
         "rods": "MountedRod",
         "simulation": "Outcome Scan simulate",
         "slip": "SlipLaw",

@@ -1,9 +1,9 @@
-"""Stick-slip cycles on a plane: the clamp moves on until the tip has slipped a number of times.
+"""Scans along a path, or until the tip has slipped a number of times.
 
-This is the scan of the paper, whose slips end at α = 0; other laws of slip may be chosen.
+Studies, commands and notebooks all scan by the function `move`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from decimal import Decimal
 
@@ -17,7 +17,7 @@ from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.scanning.simulation import Outcome, Scan, simulate
 from vibrissa.scanning.slip import SlipLaw
-from vibrissa.scanning.stage import MOST_STEPS, Stage, stage_of
+from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
 from vibrissa.sticking.api import check_surface
 from vibrissa.sticking.curve import StickingCurve
@@ -71,14 +71,64 @@ def stick_slip(
     check_surface(mu0, dx0)
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
+    surface, step = constant(float(mu0)), exact(dx0)
+    return move(stages(curve), surface, step, cycles=cycles, law=law, kinetic_ratio=kinetic_ratio)
+
+
+def stages(curve: StickingCurve) -> Callable[[FloatArray], Stage]:
+    """Return a function that makes the stage of a rod, for given clamp positions (L).
+
+    Parameters
+    ----------
+    curve : StickingCurve
+        A curve with states; on an oblique stage, that of the rod's first height.
+    """
     rod = MountedRod.of(curve)
+    if rod.mounting.stage_angle:
+        return lambda positions: stage_of(rod, positions)
+    level = Stage(rod=Response(curve=curve), eta=curve.eta)
+    return lambda positions: level
 
-    def stage(positions: FloatArray) -> Stage:
-        if rod.mounting.stage_angle:
-            return stage_of(rod, positions)
-        return Stage(rod=Response(curve=curve), eta=curve.eta)
 
-    return until_slips(stage, constant(float(mu0)), exact(dx0), cycles, law, kinetic_ratio)
+def move(
+    stage: Callable[[FloatArray], Stage],
+    surface: Surface,
+    step: Decimal | float | str,
+    *,
+    to: Sequence[Decimal | float | str] | None = None,
+    cycles: int | None = None,
+    law: SlipLaw | str = SlipLaw.FREE,
+    kinetic_ratio: float = 0.8,
+) -> Scan:
+    """Move the clamp in equal steps, through turning points or until the tip has slipped.
+
+    Parameters
+    ----------
+    stage : callable
+        Makes the stage for given clamp positions (L), as `stages` returns it.
+    surface : Surface
+    step : Decimal or float or str
+        Step of the clamp (L).
+    to : sequence, optional
+        Turning points of the clamp (L), as in `vibrissa.scanning.path`.
+    cycles : int, optional
+        Number of slips after which the scan ends; either `to` or `cycles` is needed.
+    law, kinetic_ratio : optional
+        As in `vibrissa.scanning.simulate`.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range, or the tip leaves the known part of the surface.
+    NoResponseError
+        If the turning points take the rod to heights at which its states are not known.
+    """
+    if (to is None) == (cycles is None):
+        raise ArgumentError("a scan needs either 'to' or 'cycles'")
+    if cycles is not None:
+        return until_slips(stage, surface, exact(step), cycles, law, kinetic_ratio)
+    positions = path(step, to or ())
+    return simulate(stage(positions), surface, positions, law, kinetic_ratio)
 
 
 def until_slips(

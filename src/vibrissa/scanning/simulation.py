@@ -17,15 +17,18 @@ from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Status, chosen
+from vibrissa.scanning.periods import EndsBy, Period, Periods, periods_of
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import height_at
-from vibrissa.scanning.slip import Slip, SlipLaw
+from vibrissa.scanning.slip import Rest, Slip, SlipLaw
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.tip import ClampPath, Margin, Tip
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.reading import mirrored
 
+# Decimals of a difference of positions (L).
+DECIMALS = 15
 LOCKS = "the tip locks at x = {x}, where mu0 = {mu0:.6g} and mu_lock = {mu_lock:.6g}; "
 SWINGS = (
     LOCKS + "with the clamp at {clamp} the rod buckles laterally, and its tip is dragged behind"
@@ -118,6 +121,8 @@ class Scan(Batch):
         Number of the period of sticking, from 1. The step of a slip is the first of a new period.
     phase, side : ndarray of str, shape (n,)
         `TipPhase` and `TipSide` at each step.
+    ends : tuple of Period
+        Where each period of sticking ends, and how; `periods` has them as columns.
     """
 
     outcome: Outcome
@@ -130,6 +135,7 @@ class Scan(Batch):
     period: IntArray
     phase: StrArray
     side: StrArray
+    ends: tuple[Period, ...] = ()
 
     @classmethod
     def without_rows(cls, outcome: Outcome, message: str) -> "Scan":
@@ -175,6 +181,11 @@ class Scan(Batch):
         """Number of slips."""
         return int((self.phase == TipPhase.SLIP).sum())
 
+    @cached_property
+    def periods(self) -> Periods:
+        """Periods of sticking, from one slip to the next."""
+        return periods_of(self.ends, self.clamp)
+
     @property
     def _sign(self) -> IntArray:
         return np.where(self.side == TipSide.BEHIND, -1, 1)
@@ -212,7 +223,8 @@ class Scan(Batch):
         """
         begin = np.flatnonzero(np.diff(self.period, prepend=0))
         first = np.repeat(begin, np.diff(begin, append=len(self)))
-        return self.x0[first] + self.clamp - self.clamp[first]
+        # Positions are whole steps; without rounding errors their differences are, too.
+        return self.x0[first] + np.round(self.clamp - self.clamp[first], DECIMALS)
 
     def shapes(self, points: int = 101) -> "ScannedShapes":
         """Deformed shapes of the rod at each step.
@@ -327,10 +339,11 @@ def simulate(
     path, outcome, message = ClampPath.through(positions), Outcome.COMPLETE, ""
     contact = start.contact(float(stage.along(at)), 0.0, 1)
     tip = Tip(stage=stage, contact=contact, mu0=float(surface(contact)))
-    tips, swing = [tip], ""
+    tips, ends, swing = [tip], list[Period](), ""
     while True:
         step, until = tip.end(path, at)
         if step == len(path):
+            ends.append(Period(tip, step, until, EndsBy.PATH))
             break
         margin, pushed = tip.exit(until)
         if margin is Margin.END and stage.rod.swings:
@@ -341,38 +354,45 @@ def simulate(
             tip = replace(onward, begin=step, rest=np.nan)
         elif margin is Margin.END and isinstance(stage.rod, Response) and not stage.rod.whole:
             outcome, message = Outcome(stage.rod.curve.status), stage.rod.curve.message
+            ends.append(Period(tip, step, until, EndsBy.UNKNOWN))
             break
         elif margin is Margin.END or (pushed and margin is Margin.BACKWARD):
             outcome = Outcome.LOCK
             message = _message(STAYS, tip, until, float(positions[step - 1]), spell)
+            ends.append(Period(tip, step, until, EndsBy.LOCK))
             break
         else:
             at = float(positions[step])
-            after = slid(tip, step, at, surface, law, kinetic_ratio)
-            if after is None:
+            rest = _rest(tip, at, surface, law, kinetic_ratio)
+            if np.isnan(rest.x0):
                 outcome, message = Outcome.LOST, _message(LOST, tip, until, at, spell)
+                ends.append(Period(tip, step, until, EndsBy.LOST, at))
                 break
+            after = _slid(tip, step, at, surface, rest)
+            ends.append(Period(tip, step, until, EndsBy.SLIP, at, after.contact, rest))
             tip = after
         tips.append(tip)
         if sum(one.slipped for one in tips) - 1 == slips:
             step = tip.begin + 1
             break
-    return _assembled(tips, positions[:step], outcome, "; ".join(filter(None, (swing, message))))
+    message = "; ".join(filter(None, (swing, message)))
+    return _assembled(tips, tuple(ends), positions[:step], outcome, message)
 
 
-def slid(
-    tip: Tip, step: int, clamp: float, surface: Surface, law: SlipLaw, ratio: float
-) -> Tip | None:
-    """Return the tip after its slip in a step; None if the slip leaves the computed states."""
+def _rest(tip: Tip, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> Rest:
+    """Find where the slip of a tip ends."""
     states, x0 = tip.stage.states(clamp, tip.contact, tip.side)
     along = float(tip.stage.along(clamp))
     slip = Slip(response=states, surface=surface, law=law, ratio=ratio, clamp=along, side=tip.side)
-    rest = slip.end(float(x0))
-    if np.isnan(rest):
-        return None
-    contact = states.contact(along, rest, tip.side)
+    return slip.end(float(x0))
+
+
+def _slid(tip: Tip, step: int, clamp: float, surface: Surface, rest: Rest) -> Tip:
+    """Return the tip after its slip in a step."""
+    along = float(tip.stage.along(clamp))
+    contact = tip.stage.at(clamp).contact(along, rest.x0, tip.side)
     mu0 = float(surface(contact))
-    return replace(tip, contact=contact, mu0=mu0, begin=step, rest=rest, slipped=True)
+    return replace(tip, contact=contact, mu0=mu0, begin=step, rest=rest.x0, slipped=True)
 
 
 def _message(text: str, tip: Tip, until: float, clamp: float, spell: Callable[[float], str]) -> str:
@@ -381,7 +401,13 @@ def _message(text: str, tip: Tip, until: float, clamp: float, spell: Callable[[f
     return text.format(x=spell(tip.contact), mu0=tip.mu0, mu_lock=mu_lock, clamp=spell(clamp))
 
 
-def _assembled(tips: Sequence[Tip], clamp: FloatArray, outcome: Outcome, message: str) -> Scan:
+def _assembled(
+    tips: Sequence[Tip],
+    ends: tuple[Period, ...],
+    clamp: FloatArray,
+    outcome: Outcome,
+    message: str,
+) -> Scan:
     """Assemble a scan, with one row for each step, from the places at which the tip stuck."""
     stage = tips[0].stage
     begins = np.array([tip.begin for tip in tips])
@@ -411,4 +437,5 @@ def _assembled(tips: Sequence[Tip], clamp: FloatArray, outcome: Outcome, message
         period=np.repeat(np.cumsum(slipped), counts),
         phase=phase,
         side=np.where(side == 1, TipSide.AHEAD, TipSide.BEHIND),
+        ends=ends,
     )

@@ -5,7 +5,7 @@ The kinetic energy is the integral over x0 of the tangential force less kinetic 
 """
 
 from dataclasses import dataclass, replace
-from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1
@@ -13,7 +13,9 @@ from scipy.interpolate import BPoly
 from scipy.special import comb
 
 from vibrissa.errors import ArgumentError
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.roots import first_fall
+from vibrissa.outcomes import SlipLaw as SlipLaw
 from vibrissa.scanning.response import States
 from vibrissa.scanning.surfaces import Surface
 
@@ -31,29 +33,46 @@ LOOKS = 257
 ROUNDINGS = 8.0
 
 
-class SlipLaw(StrEnum):
-    """Where a slip ends.
-
-    Attributes
-    ----------
-    FREE
-        At α = 0, where no friction is needed (the paper's assumption).
-    KINETIC
-        Where |tan α| = μk: the tip slides so slowly that inertia plays no part.
-    ENERGY
-        Where kinetic friction has dissipated the released bending energy, at zero velocity.
-    """
-
-    FREE = "free"
-    KINETIC = "kinetic"
-    ENERGY = "energy"
-
-
 # Places in a cell, as parts of it, at which the force is computed: not its ends, where friction may
 # jump. `COEFFICIENTS` times the values there are the coefficients of Bernstein polynomials.
 NODES = 0.5 + 0.5 * chebpts1(DEGREE + 1)
 _K, _T = np.arange(DEGREE + 1), NODES[:, None]
 COEFFICIENTS = np.linalg.inv(comb(DEGREE, _K) * _T**_K * (1.0 - _T) ** (DEGREE - _K))
+
+
+class Rest(NamedTuple):
+    """Where a slip or a slide ends, and its energies.
+
+    Attributes
+    ----------
+    x0 : float
+        Displacement x0 at rest (L); NaN if x0 leaves the range of the computed states.
+    released : float
+        Elastic energy that the rod and its mounting lose: the work of the tangential force
+        (E·I0/L).
+    dissipated : float
+        Work against kinetic friction (E·I0/L). NaN under the law ``free``, which has no kinetic
+        friction.
+    """
+
+    x0: float
+    released: float
+    dissipated: float
+
+
+LEFT = Rest(x0=np.nan, released=np.nan, dissipated=np.nan)
+
+
+class _Forces(NamedTuple):
+    """Driving force and friction along a slide, as functions of its distance (E·I0/L²)."""
+
+    driving: BPoly
+    friction: BPoly
+
+    @property
+    def excess(self) -> BPoly:
+        """Driving force less friction."""
+        return BPoly(self.driving.c - self.friction.c, self.driving.x)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,13 +98,13 @@ class Slip:
     clamp: float = 0.0
     side: int = 1
 
-    def end(self, x0: float) -> float:
+    def end(self, x0: float) -> Rest:
         """Find where a tip that begins to slip at x0 comes to rest.
 
         Returns
         -------
-        float
-            Displacement x0 at rest (L); NaN if x0 leaves the range of the computed states.
+        Rest
+            Its numbers are NaN if x0 leaves the range of the computed states.
 
         Raises
         ------
@@ -97,20 +116,24 @@ class Slip:
             # Where a pushed tip was pushed back before, it meets a state with α = 0 there.
             between = self.response.demand(np.linspace(0.0, x0, LOOKS)[1:])
             if x0 > 0.0 and between.min() < 0.0:
-                return replace(self, law=SlipLaw.KINETIC, ratio=0.0)._slide(x0)
-            return 0.0
+                slide = replace(self, law=SlipLaw.KINETIC, ratio=0.0)._slide(x0)
+                return slide._replace(dissipated=np.nan)
+            return Rest(x0=0.0, released=self._released(x0), dissipated=np.nan)
+        released = dissipated = 0.0
         for _ in range(REVERSALS):
-            x0 = self._slide(x0)
-            if np.isnan(x0):
-                return x0
+            slide = self._slide(x0)
+            if np.isnan(slide.x0):
+                return LEFT
+            x0 = slide.x0
+            released, dissipated = released + slide.released, dissipated + slide.dissipated
             holds = float(self.surface(self.response.contact(self.clamp, x0, self.side)))
             if abs(float(self.response.demand(x0))) <= holds * (1.0 + FULL):
-                return x0
+                return Rest(x0=x0, released=released, dissipated=dissipated)
         place = f"the clamp at {self.surface.spell(self.clamp)}"
         raise ArgumentError(f"with {place} a slip has over {REVERSALS} slides: take another law")
 
-    def _slide(self, x0: float) -> float:
-        """Find x0 where a slide in one direction ends (L); NaN if it leaves the computed states."""
+    def _slide(self, x0: float) -> Rest:
+        """Find where a slide in one direction ends; NaN if it leaves the computed states."""
         response, surface = self.response, self.surface
         # A pushed tip slides to lower x0, a pulled one to higher.
         ahead = -1.0 if x0 > 0.0 else 1.0
@@ -119,23 +142,45 @@ class Slip:
         cell = min(LONGEST_CELL, surface.feature)
         kinks = np.append(ahead * (response.bounds - x0), onward * (surface.edges - contact))
 
-        def excess_force(end: float) -> BPoly:
-            """Tangential force minus kinetic friction (E·I0/L²), as a function of the distance."""
-            breaks = np.concatenate([kinks, np.arange(0.0, end, cell), [0.0, end]])
-            breaks = np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])
+        def forces(end: float) -> _Forces:
+            breaks = _cells(kinks, cell, end)
             way = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
             fx, fy, _ = np.moveaxis(response(x0 + ahead * way), -1, 0)
-            force = ahead * fx + self.ratio * surface(contact + onward * way) * fy
-            return BPoly(COEFFICIENTS @ force.T, breaks)
+            friction = -self.ratio * surface(contact + onward * way) * fy
+            return _Forces(
+                driving=BPoly(COEFFICIENTS @ (ahead * fx).T, breaks),
+                friction=BPoly(COEFFICIENTS @ friction.T, breaks),
+            )
 
         longest = abs(float(response.clip(ahead * np.inf)) - x0)
         surface_end = surface.stop if onward > 0.0 else surface.start
         known = min(longest, max(onward * (surface_end - contact), nothing))
         for part in SOUGHT:
-            left = excess_force(part * known)
+            found = forces(part * known)
+            left = found.excess
             stop = first_fall(left.antiderivative() if self.law is SlipLaw.ENERGY else left)
             if np.isfinite(stop):
-                # At the edge of a patch a tip stops on the rougher side.
-                return x0 + ahead * (stop + 2.0 * nothing)
+                return Rest(
+                    # At the edge of a patch a tip stops on the rougher side.
+                    x0=x0 + ahead * (stop + 2.0 * nothing),
+                    released=float(found.driving.integrate(0.0, stop)),
+                    dissipated=float(found.friction.integrate(0.0, stop)),
+                )
         surface(contact + onward * longest)  # raises where the surface is not known
-        return np.nan
+        return LEFT
+
+    def _released(self, x0: float) -> float:
+        """Elastic energy that is released from x0 to the state with α = 0 (E·I0/L)."""
+        ahead, way = (-1.0 if x0 > 0.0 else 1.0), abs(x0)
+        if way == 0.0:
+            return 0.0
+        breaks = _cells(ahead * (self.response.bounds - x0), LONGEST_CELL, way)
+        places = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
+        force = ahead * self.response(x0 + ahead * places)[..., 0]
+        return float(BPoly(COEFFICIENTS @ force.T, breaks).integrate(0.0, way))
+
+
+def _cells(kinks: FloatArray, cell: float, end: float) -> FloatArray:
+    """Cut the way from 0 to `end` (L) at kinks, and into cells of at most a given length."""
+    breaks = np.concatenate([kinks, np.arange(0.0, end, cell), [0.0, end]])
+    return np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])

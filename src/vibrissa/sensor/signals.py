@@ -8,9 +8,9 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Quantity, Units
-from vibrissa.scanning.simulation import Scan, TipPhase, TipSide, simulate
+from vibrissa.scanning.cycles import move
+from vibrissa.scanning.simulation import Scan, TipPhase, TipSide
 from vibrissa.scanning.slip import SlipLaw
-from vibrissa.scanning.stage import path
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Whisker
@@ -103,15 +103,12 @@ def scan(
         If an argument is out of range, or the tip leaves the known part of the surface.
     """
     units = whisker.units
-    positions = path(
-        units.read_positive(step, Kind.LENGTH, "step"),
-        [units.read(turn, Kind.LENGTH, "to") for turn in np.array(to, dtype=object).ravel()],
-    )
-    truth = simulate(
-        whisker.stage(positions),
+    truth = move(
+        whisker.stage,
         replace(surface, spell=whisker.spell),
-        positions,
-        law,
-        kinetic_ratio,
+        units.read_positive(step, Kind.LENGTH, "step"),
+        to=[units.read(turn, Kind.LENGTH, "to") for turn in np.array(to, dtype=object).ravel()],
+        law=law,
+        kinetic_ratio=kinetic_ratio,
     )
     return Signals(truth=truth, readings=truth.reactions * units.channels, units=units)

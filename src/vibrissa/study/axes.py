@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, FiniteFloat, PlainSerializer
 
 from vibrissa.decimals import exact, spell
+from vibrissa.outcomes import SlipLaw
 from vibrissa.study.sections import Section
 
 Value: TypeAlias = float | tuple[float, ...]
@@ -131,18 +132,41 @@ MOUNTING_AXES = tuple(AXES)[4:]
 # Columns of natural frequencies, in a study that asks for them.
 FREQUENCIES = ("frequency_1", "frequency_2")
 
+_Law: TypeAlias = Literal[tuple(law.value for law in SlipLaw)]  # type: ignore[valid-type]
+_Ratio: TypeAlias = Annotated[FiniteFloat, Field(gt=0, le=1), _NO_FLAG]
+_Seed: TypeAlias = Annotated[int, Field(strict=True, ge=0), _NO_FLAG]
+# Further axes of scans. A scan has no value of an axis that has no effect on it.
+SURFACE_AXES: dict[str, Axis] = {
+    "mean": Axis("mean of a random friction coefficient, above 0", _Positive),
+    "deviation": Axis("standard deviation of a random friction coefficient", _NotNegative),
+    "correlation": Axis(
+        "distance in units of L at which the correlation of a random friction coefficient has "
+        "fallen to exp(-1/2)",
+        _Positive,
+    ),
+    "seed": Axis("whole number from 0 that fixes a random surface", _Seed),
+}
+LAW_AXES: dict[str, Axis] = {
+    "law": Axis("slip law, which says where a slip ends: " + ", ".join(SlipLaw), _Law),
+    "kinetic_ratio": Axis(
+        "kinetic over static friction, above 0 and at most 1; the law free has none", _Ratio
+    ),
+}
 
-def sortable(value: float | Sequence[float]) -> tuple[float, ...]:
+
+def sortable(value: float | str | Sequence[float]) -> tuple[Any, ...]:
     """Return the coefficients of a value as its sort key; a number has one coefficient."""
-    return (value,) if isinstance(value, int | float) else tuple(value)
+    return (value,) if isinstance(value, int | float | str) else tuple(value)
 
 
-def spell_value(value: Value) -> str:
-    """Format a value without exponent; a polynomial as in ``0.1,-0.3``."""
+def spell_value(value: Value | str) -> str:
+    """Format a value without exponent; a polynomial as in ``0.1,-0.3``; a name as it is."""
+    if isinstance(value, str):
+        return value
     return ",".join(spell(exact(number)) for number in sortable(value))
 
 
-def spell_values(values: Sequence[Value]) -> str:
+def spell_values(values: Sequence[Value | str]) -> str:
     """Format the values of an axis; of more than `LISTED` values, the first and the last."""
     texts = list(map(spell_value, values))
     return ", ".join(texts) if len(texts) <= LISTED else f"{texts[0]} to {texts[-1]}"

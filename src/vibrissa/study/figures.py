@@ -9,17 +9,24 @@ from pydantic import BeforeValidator, Field, FiniteFloat, create_model, model_va
 
 from vibrissa.study.axes import (
     AXES,
+    LAW_AXES,
     MOUNTING_AXES,
+    SURFACE_AXES,
     Values,
     in_list,
     sortable,
     spell_value,
     spell_values,
 )
-from vibrissa.study.sections import Mistakes, Section
+from vibrissa.study.sections import Mistakes, Name, Section
 
 # Data of a figure: its key in the study file, and its table. The key plus "s" names the section.
 TABLES = {"grid": "stiction", "scan": "scans", "state": "states", "comparison": "comparisons"}
+# Further axes of scans, whose values a figure of scans may select.
+SCAN_AXES: Mapping[str, Any] = {
+    "surface": Annotated[list[Name] | None, BeforeValidator(in_list, str | list[str])],
+    **{name: Annotated[Values | None, axis] for name, axis in (SURFACE_AXES | LAW_AXES).items()},
+}
 # Keys that every kind of figure takes.
 LOOK = ("kind", "caption", "size", "formats", "axes")
 # Name of the drawing function in a user's script.
@@ -47,6 +54,14 @@ class FigureKind:
         Whether the key `source` may be a list of names.
     mountings : bool
         Whether the axes of the mounting may have several values without `over`.
+    table : str
+        Name of the table; by default the one of the source.
+    series : tuple of str
+        Axes of which the first that is not `over` has a series for each value by default.
+    free : tuple of str
+        Further keys that may be given.
+    has_shapes : bool
+        Whether it shows shapes of the rod, which a scan then keeps.
     """
 
     shows: str
@@ -56,9 +71,17 @@ class FigureKind:
     frequencies: bool = False
     lists: bool = False
     mountings: bool = False
+    table: str = ""
+    free: tuple[str, ...] = ()
+    series: tuple[str, ...] = ()
+    has_shapes: bool = False
 
 
 _RUN = ("mu0", "eta", "dx0")
+# What distinguishes scans of the same rod.
+_SCAN = (*_RUN, *SCAN_AXES)
+# The seeds of a random surface are averaged over.
+_LAWLESS = tuple(axis for axis in SCAN_AXES if axis != "seed")
 FIGURE_KINDS: Mapping[str, FigureKind] = {
     "taper": FigureKind(
         "clamp displacement x0,max over theta, a series for each mu0", "grid", ("eta", "dx0")
@@ -72,6 +95,15 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     "past_lock": FigureKind(
         "end of sticking over mu0, past mu_lock, a series for each theta", "grid", ("eta", "dx0")
     ),
+    "onset": FigureKind(
+        "clamp displacement x0,max and exact onset over any axis",
+        "grid",
+        tuple(AXES),
+        "over",
+        free=("by",),
+        series=("theta", "mu0"),
+    ),
+    "map": FigureKind("a column over two axes", "grid", tuple(AXES), "over", free=("by", "value")),
     "mounting": FigureKind(
         "onset x0_slip, mu_lock and loads on the clamp over the mounting", "grid", _RUN, "over"
     ),
@@ -89,15 +121,48 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
         "difference of mu_lock from its value at the least taper", "grid", ("mu0", "dx0"), "over"
     ),
     "scan": FigureKind(
-        "shapes and slips of scans, a panel for each theta and mu0", "scan", ("eta", "dx0")
+        "shapes and slips of scans, a panel for each theta and mu0",
+        "scan",
+        ("eta", "dx0", *SCAN_AXES),
+        has_shapes=True,
     ),
-    "period": FigureKind("shapes in the first period, a panel for each theta", "scan", _RUN),
+    "period": FigureKind(
+        "shapes in the first period, a panel for each theta", "scan", _SCAN, has_shapes=True
+    ),
     "slip": FigureKind(
-        "one slip: three rods, the friction cone, and loads on the clamp", "scan", ("theta", *_RUN)
+        "one slip: three rods, the friction cone, and loads on the clamp",
+        "scan",
+        ("theta", *_SCAN),
+        has_shapes=True,
     ),
-    "signals": FigureKind("loads on the clamp in one scan", "scan", ("theta", *_RUN)),
-    "swing": FigureKind("shapes of a rod that buckles laterally", "scan", ("theta", *_RUN)),
-    "margins": FigureKind("stability in the plane and out of it over x0", "scan", _RUN),
+    "signals": FigureKind("loads on the clamp in one scan", "scan", ("theta", *_SCAN)),
+    "swing": FigureKind(
+        "shapes of a rod that buckles laterally", "scan", ("theta", *_SCAN), has_shapes=True
+    ),
+    "margins": FigureKind("stability in the plane and out of it over x0", "scan", _SCAN),
+    "periods": FigureKind(
+        "travel of the clamp, length of the slip and fall of the load, for each slip law",
+        "scan",
+        (*AXES, *_LAWLESS),
+        "over",
+        table="periods",
+        free=("by",),
+        series=("law", "theta"),
+    ),
+    "sawtooth": FigureKind(
+        "load on the clamp over its position, with the slips, for each slip law",
+        "scan",
+        (*AXES, *SCAN_AXES),
+        free=("by", "value"),
+        series=("law",),
+    ),
+    "spectrum": FigureKind(
+        "spectrum of the load on the clamp, for each slip law",
+        "scan",
+        (*AXES, *SCAN_AXES),
+        free=("by", "value"),
+        series=("law",),
+    ),
     "frequencies": FigureKind(
         "first natural frequencies at the onset of slip over theta, a series for each mu0",
         "grid",
@@ -107,7 +172,7 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
     "ringing": FigureKind(
         "natural frequencies over x0 in the first period, for each theta",
         "scan",
-        _RUN,
+        _SCAN,
         frequencies=True,
     ),
     "state": FigureKind("shapes of one or more states of the same eta", "state", lists=True),
@@ -120,6 +185,7 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
 }
 
 
+_ALL_AXES = (*AXES, *SCAN_AXES)
 _Limits: TypeAlias = tuple[FiniteFloat, FiniteFloat]
 
 
@@ -144,6 +210,13 @@ _Axes = create_model(
     "_Axes",
     __base__=Section,
     **{name: (Annotated[Values | None, axis], None) for name, axis in AXES.items()},  # type: ignore[call-overload]
+    **{
+        name: (
+            kind,
+            Field(default=None, description=f"for figures of scans: values of {name} shown"),
+        )
+        for name, kind in SCAN_AXES.items()
+    },
 )
 _Inch: TypeAlias = Annotated[float, Field(ge=1, le=40)]
 # Sections of the study file with the data of a figure: grids, scans, states or comparisons by name.
@@ -169,13 +242,30 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         default=None, description="name of the state with the data, or a list of names"
     )
     comparison: str | None = Field(default=None, description="name of the comparison with the data")
-    over: Literal[MOUNTING_AXES] | None = Field(  # type: ignore[valid-type]
-        default=None, description="axis of the mounting that has several values"
+    over: Literal[tuple(_ALL_AXES)] | None = Field(  # type: ignore[valid-type]
+        default=None,
+        description="axis of the abscissa, which has several values; kinds mounting, change and "
+        "versus: an axis of the mounting",
+    )
+    by: Literal[tuple(_ALL_AXES)] | None = Field(  # type: ignore[valid-type]
+        default=None,
+        description="axis with a series for each value (default: law for scans, theta for grids); "
+        "kind map: axis of the ordinate",
+    )
+    value: str | None = Field(
+        default=None,
+        description="column that is drawn: kind map x0_slip by default, kinds sawtooth and "
+        "spectrum reaction_fx",
     )
     script: str | None = Field(
         default=None,
         description=f"Python file for kind script, relative to the study file; its function {DRAW} "
         "takes the rows as a pandas.DataFrame and returns a matplotlib Figure",
+    )
+    table: Literal["scans", "periods"] | None = Field(
+        default=None,
+        description="table of scans for kind script: scans, a row for each step (default), or "
+        "periods",
     )
     size: tuple[_Inch, _Inch] | None = Field(
         default=None,
@@ -208,15 +298,33 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         The ``selection`` selects the rows to draw; see `vibrissa.figures.draw.draw`.
         """
         given = self.model_dump(mode="json", exclude_none=True)
-        shown = [key for key in (self.source, *AXES) if key in given]
+        given |= {"by": self.series} if self.series else {}
+        shown = [key for key in (self.source, *AXES, *SCAN_AXES) if key in given]
         selection = {key: given[key] for key in shown}
-        return {**given, "table": TABLES[self.source], "selection": selection}
+        return {**given, "table": self.drawn_from, "selection": selection}
+
+    @property
+    def series(self) -> str | None:
+        """Axis with a series for each value."""
+        default = FIGURE_KINDS[self.kind].series
+        # Along the axis of the series there are series of the next one.
+        return self.by or next((axis for axis in default if axis != self.over), None)
+
+    @property
+    def drawn_from(self) -> str:
+        """Name of the table with the data."""
+        return self.table or FIGURE_KINDS[self.kind].table or TABLES[self.source]
+
+    def _axes_of(self, section: Any) -> Mapping[str, Any]:
+        """Return the axes that bear on what is shown; of scans, surface and law decide that."""
+        narrowed = getattr(section, "narrowed", None)
+        return narrowed(self.surface, self.law) if narrowed else section.axes
 
     def caption_of(self, sections: Sections) -> str:
         """Return the caption with the shown values filled in, or a default caption."""
         found: dict[str, set[Any]] = {}
         for name in self.names:
-            for axis, values in sections[name].axes.items():
+            for axis, values in self._axes_of(sections[name]).items():
                 found.setdefault(axis, set()).update(getattr(self, axis, None) or values)
         texts = {axis: spell_values(sorted(found[axis], key=sortable)) for axis in found}
         if self.caption:
@@ -231,7 +339,10 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         """Reject keys that the kind does not take, and figures that lack data, `over` or script."""
         mistakes, kind = Mistakes(), FIGURE_KINDS[self.kind]
         sources = [kind.source] if kind.source else list(TABLES)
-        keys = [*LOOK, *sources, *AXES, *filter(None, [kind.required])]
+        axes = [*AXES, *(SCAN_AXES if "scan" in sources else ())]
+        keys = [*LOOK, *sources, *axes, *kind.free, *filter(None, [kind.required])]
+        if self.kind == "script" and self.scan:
+            keys.append("table")
         for key in sorted(self.model_fields_set - set(keys)):
             mistakes.add(f"is not a key of kind {self.kind}; allowed: {', '.join(keys)}", key)
         if kind.required and not getattr(self, kind.required):
@@ -259,7 +370,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
             if name not in sections:
                 mistakes.add(unknown_name(name, self.source, sections), self.source)
                 return mistakes
-            self._check_data(mistakes, name, sections[name].axes)
+            self._check_data(mistakes, name, self._axes_of(sections[name]))
         if self.kind == "state" and len({sections[name].eta for name in self.names}) > 1:
             mistakes.add("a figure of kind state shows states of one eta", "state")
         try:
@@ -273,9 +384,10 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     def _check_data(self, mistakes: Mistakes, name: str, axes: Mapping[str, Values]) -> None:
         """Find axes with too many values, and requested values that the data do not have."""
         kind = FIGURE_KINDS[self.kind]
+        several = {self.over, self.series}
         are_single = kind.source and not kind.mountings
-        single = {*kind.single, *(MOUNTING_AXES if are_single else ())} - {self.over}
-        for axis in AXES:
+        single = {*kind.single, *(MOUNTING_AXES if are_single else ())} - several
+        for axis in (*AXES, *SCAN_AXES):
             values = axes.get(axis, ())
             chosen = getattr(self, axis) or values
             has = f"{name!r} has {spell_values(values) or 'none'}"
@@ -296,13 +408,18 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
                     "grid",
                 )
         if self.over:
-            self._check_over(mistakes, getattr(self, self.over) or axes[self.over])
+            self._check_over(mistakes, getattr(self, self.over) or axes.get(self.over, ()))
+        if self.kind == "map" and not self.by:
+            mistakes.add("missing 'by': the axis of the ordinate")
         if self.kind == "versus" and len(self.theta or axes["theta"]) < 2:
             mistakes.add("versus needs two values of theta or more", "theta")
 
     def _check_over(self, mistakes: Mistakes, shown: Values) -> None:
         """Find values of the axis `over` that the kind cannot show."""
-        if any(isinstance(value, tuple) for value in shown):
+        kind = FIGURE_KINDS[self.kind]
+        if kind.source == "grid" and not kind.free and self.over not in MOUNTING_AXES:
+            text = f"{self.over} is not allowed; allowed: {', '.join(MOUNTING_AXES)}"
+        elif any(isinstance(value, tuple) for value in shown):
             text = f"{self.over} has lists of coefficients; allowed: numbers"
         elif self.kind == "change" and not (len(shown) == 2 and 0.0 in shown):
             text = f"{self.over} has {spell_values(shown)}; allowed: two values, one of them 0"

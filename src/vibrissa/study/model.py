@@ -1,5 +1,6 @@
 """The study file: its sections with their keys, and checks that the sections fit together."""
 
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -7,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 import yaml
 from pydantic import Field, FiniteFloat, PrivateAttr, field_validator, model_validator
 
-from vibrissa.outcomes import Contact, RodSection, Solver
+from vibrissa.outcomes import Contact, RodSection, SlipLaw, Solver
 from vibrissa.study.axes import AXES, FREQUENCIES, MOUNTING_AXES, Eta, Theta, Values
 from vibrissa.study.chunks import (
     MOST_RODS,
@@ -19,8 +20,10 @@ from vibrissa.study.chunks import (
     sizes_of,
 )
 from vibrissa.study.claims import Claims
-from vibrissa.study.figures import FIGURE_KINDS, Figure
+from vibrissa.study.figures import FIGURE_KINDS, Figure, Sections
+from vibrissa.study.scans import ScanChunk, ScanSection, scan_chunks, variants_of
 from vibrissa.study.sections import Count, Mistakes, Name, Section
+from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant
 
 # Default largest number of points of a study: a table of 1 GB.
 MAX_POINTS = 10_000_000
@@ -28,10 +31,11 @@ MAX_POINTS = 10_000_000
 _SOLVED_BY = ("study", "contact", "section", "method", "frequencies")
 _KEYS = {
     "stiction": (*_SOLVED_BY, "grids"),
-    "scans": (*_SOLVED_BY, "scans"),
+    "scans": (*_SOLVED_BY, "surfaces", "scans"),
+    "periods": (*_SOLVED_BY, "surfaces", "scans"),
     "states": ("study", "contact", "frequencies", "states"),
     "comparisons": ("study", "comparisons"),
-    "claims": (*_SOLVED_BY, "grids", "scans", "states", "claims"),
+    "claims": (*_SOLVED_BY, "grids", "surfaces", "scans", "states", "claims"),
 }
 
 
@@ -62,12 +66,6 @@ class GridSection(_Points):
     stage_angle: Annotated[Values, AXES["stage_angle"]] = (0.0,)
 
 
-class ScanSection(GridSection):
-    """Stick-slip scans, one at each point of a grid, each of the same number of cycles."""
-
-    cycles: Count = Field(description="number of stick-slip cycles, a whole number from 1")
-
-
 class StateSection(Section):
     """An equilibrium with a given contact point (x1, eta) and the clamp at the origin."""
 
@@ -94,6 +92,29 @@ class StateSection(Section):
         if not self.x1**2 + self.eta**2 < 1:
             raise ValueError("out of reach: a rod of length 1 needs x1^2 + eta^2 < 1")
         return self
+
+
+class _Scanned:
+    """Scans as the data of a figure: their axes include those of their surfaces."""
+
+    def __init__(self, scan: ScanSection, surfaces: Mapping[str, SurfaceSection]) -> None:
+        self._scan, self._surfaces = scan, surfaces
+        self.axes = self.narrowed(None, None)
+
+    def narrowed(
+        self, surface: list[str] | None, law: Values | None
+    ) -> dict[str, Values | tuple[str, ...]]:
+        """Return the axes that bear on scans over some surfaces, by some laws."""
+        scan, axes = self._scan, dict(self._scan.axes)
+        if law and set(law) <= {SlipLaw.FREE}:
+            axes.pop("kinetic_ratio", None)
+        found: dict[str, set[Any]] = {}
+        known = scan.surface or []
+        for name in set(surface or known) & set(known):
+            for axis, values in self._surfaces[name].axes.items():
+                found.setdefault(axis, set()).update(values)
+        merged: dict[str, Values] = {axis: tuple(sorted(found[axis])) for axis in found}
+        return {**axes, **merged, "surface": tuple(known or [PLANE])}
 
 
 class Study(Section):
@@ -139,14 +160,18 @@ class Study(Section):
     max_points: Count = Field(
         default=MAX_POINTS,
         description="largest number of points that the study may have, a whole number from 1; each "
-        "cycle of a scan counts as a point; it catches a typing error before any work",
+        "cycle of a scan counts as a point, or each step if its path is given; it catches a typing "
+        "error before any work",
     )
     grids: dict[Name, GridSection] = Field(
         min_length=1, description="named grids of study points; each is the product of its axes"
     )
+    surfaces: dict[Name, SurfaceSection] = Field(
+        default={}, description="named surfaces, over which scans go"
+    )
     scans: dict[Name, ScanSection] = Field(
         default={},
-        description="named stick-slip scans; shapes and loads on the clamp are kept step by step",
+        description="named stick-slip scans: steps with the loads on the clamp, and periods",
     )
     states: dict[Name, StateSection] = Field(
         default={}, description="named single equilibria with a given position of the tip"
@@ -170,7 +195,7 @@ class Study(Section):
         """Keep the raw content of the study file."""
         self._context = context
 
-    @field_validator("scans", "states", "comparisons", "figures", mode="before")
+    @field_validator("surfaces", "scans", "states", "comparisons", "figures", mode="before")
     @classmethod
     def _may_be_empty(cls, value: Any) -> Any:
         return {} if value is None else value
@@ -179,27 +204,67 @@ class Study(Section):
     def _fits_together(self) -> Self:
         """Reject sections that are valid alone but do not fit together."""
         mistakes = Mistakes()
-        solved = (*self.grids.values(), *self.scans.values(), *self.comparisons.values())
-        points = sum(number_of_points(one.axes) * getattr(one, "cycles", 1) for one in solved)
+        self._check_surfaces(mistakes)
+        mistakes.refuse()
+        solved = (*self.grids.values(), *self.comparisons.values())
+        points = sum(number_of_points(one.axes) for one in solved)
+        points += sum(scan.points(self._surface_count(scan)) for scan in self.scans.values())
         if points > self.max_points:
-            has = f"the study has {points:,} points, counting each cycle of a scan"
+            has = f"the study has {points:,} points, counting each cycle or step of a scan"
             mistakes.add(f"{has}; allowed: {self.max_points:,}", "max_points")
         if self.method is Solver.SHOOTING:
-            axes = [grid.axes for grid in (*self.grids.values(), *self.scans.values())]
+            axes = [grid.axes for grid in self.grids.values()]
+            axes += [scan.rods for scan in self.scans.values()]
             is_ideal = all(one[axis] == (0.0,) for one in axes for axis in MOUNTING_AXES)
             if self.contact is Contact.LINE or not is_ideal:
                 needs = "shooting needs `contact: point` and 0 for all axes of the mounting"
                 mistakes.add(f"{needs}; allowed here: collocation", "method")
+            for name, scan in self.scans.items():
+                if scan.retracts:
+                    text = "the law energy and a path backward need `method: collocation`"
+                    mistakes.add(text, "scans", name)
         for name, figure in self.figures.items():
             if FIGURE_KINDS[figure.kind].frequencies and not self.frequencies:
                 mistakes.add("this kind needs `frequencies: 1` or 2", "figures", name, "kind")
-            sections = getattr(self, f"{figure.source}s")
+            sections = self._sections(figure.source)
             for place, text in figure.misfits(sections, self.folder):
                 mistakes.add(text, "figures", name, *place)
         for place, text in self.claims.misfits(self) if self.claims else ():
             mistakes.add(text, "claims", *place)
         mistakes.refuse()
         return self
+
+    def _check_surfaces(self, mistakes: Mistakes) -> None:
+        """Find scans over unknown surfaces, surfaces that no scan uses, and wrong profiles."""
+        used = {surface for scan in self.scans.values() for surface in scan.surface or ()}
+        known = ", ".join(sorted(self.surfaces)) or "none is defined"
+        for name, scan in self.scans.items():
+            for surface in scan.surface or ():
+                if surface not in self.surfaces:
+                    text = f"{surface!r} is not the name of a surface; allowed: {known}"
+                    mistakes.add(text, "scans", name, "surface")
+        for name, section in self.surfaces.items():
+            if name not in used:
+                text = f"no scan uses it; remove it, or set surface: {name} in a scan"
+                mistakes.add(text, "surfaces", name)
+            for place, text in section.misfits(self._context["folder"]):
+                mistakes.add(text, "surfaces", name, *place)
+
+    def _surface_count(self, scan: ScanSection) -> int:
+        """Count the surfaces of a scan."""
+        if scan.surface is None:
+            return len(scan.mu0 or ())
+        return sum(self.surfaces[name].count for name in scan.surface)
+
+    def variants(self, scan: str) -> list[Variant]:
+        """List the surfaces of scans, each with one value of each of its axes."""
+        return variants_of(self.scans[scan], self.surfaces, self._context["folder"])
+
+    def _sections(self, source: str) -> Sections:
+        """Return the data of figures by name: each has ``axes``."""
+        if source != "scan":
+            return dict(getattr(self, f"{source}s"))
+        return {name: _Scanned(scan, self.surfaces) for name, scan in self.scans.items()}
 
     @property
     def results(self) -> list[str]:
@@ -228,7 +293,7 @@ class Study(Section):
         return {
             name: {
                 **figure.params(),
-                "caption": figure.caption_of(getattr(self, f"{figure.source}s")),
+                "caption": figure.caption_of(self._sections(figure.source)),
                 "script": (self.folder / figure.script).as_posix() if figure.script else None,
             }
             for name, figure in self.figures.items()
@@ -238,6 +303,36 @@ class Study(Section):
     def tables(self) -> list[str]:
         """Names of the tables that the study makes."""
         return [name for name, keys in _KEYS.items() if getattr(self, keys[-1])]
+
+    @property
+    def with_shapes(self) -> set[str]:
+        """Names of scans whose shapes are kept: the entry or a figure asks for them."""
+        figures = [one for one in self.figures.values() if FIGURE_KINDS[one.kind].has_shapes]
+        asking = {name for figure in figures for name in figure.names}
+        return asking | {name for name, scan in self.scans.items() if scan.shapes}
+
+    @cached_property
+    def scan_chunks(self) -> dict[str, ScanChunk]:
+        """Chunks of all scans by name; one job computes one chunk."""
+        by_step = SIZES_BY_STEP if self.method.by_step else {}
+        return {
+            chunk.name: chunk
+            for name, scan in self.scans.items()
+            for chunk in scan_chunks(
+                name,
+                scan,
+                self.variants(name),
+                fixed=by_step | self.chunk,
+                shapes=name in self.with_shapes,
+            )
+        }
+
+    @property
+    def data_files(self) -> list[str]:
+        """Files beside the study file that it names, relative to it."""
+        profiles = [surface.profile for surface in self.surfaces.values()]
+        scripts = [figure.script for figure in self.figures.values()]
+        return sorted({name for name in (*profiles, *scripts) if name})
 
     @cached_property
     def chunks(self) -> dict[str, Chunk]:
@@ -263,6 +358,10 @@ class Study(Section):
         """Return the inputs that determine a chunk, as text for the metadata of its table."""
         return self.chunks[name].part(self.solved)
 
+    def scan_chunk_part(self, name: str) -> str:
+        """Return the inputs that determine a chunk of scans, as text for its tables' metadata."""
+        return self.scan_chunks[name].part(self.solved)
+
     @property
     def folder(self) -> Path:
         """Folder of the study file, to which paths in it are relative."""
@@ -277,4 +376,15 @@ class Study(Section):
         """Part of the study file that determines a table, as text for the table's metadata."""
         written = self._context["written"]
         chosen = {key: written[key] for key in _KEYS[table] if key in written}
+        if "scans" in _KEYS[table]:
+            # The content of a profile counts, wherever the file is.
+            contents = {
+                variant["surface"]: variant["content"]
+                for name in self.scans
+                for variant in self.variants(name)
+                if "content" in variant
+            }
+            chosen |= {"profiles": contents} if contents else {}
+        if table == "scans" and self.with_shapes:
+            chosen["with_shapes"] = sorted(self.with_shapes)
         return yaml.safe_dump(chosen, sort_keys=False)

@@ -1,15 +1,22 @@
 """Counts of the rows of a study's tables by status."""
 
+from __future__ import annotations
+
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from vibrissa.errors import TableError
 from vibrissa.outcomes import Status
-from vibrissa.study.axes import AXES
+from vibrissa.study.axes import AXES, LAW_AXES, SURFACE_AXES
 from vibrissa.tables import query
 from vibrissa.wording import counted
 
-_SCAN = ("scan", *AXES, "curvature_powers", "status")
+if TYPE_CHECKING:
+    import pandas as pd
+
+# What identifies a scan.
+SCAN = ("scan", *AXES, "curvature_powers", "surface", *SURFACE_AXES, *LAW_AXES)
 _NOUNS = {
     "stiction": "grid point",
     "scans": "scan",
@@ -23,13 +30,33 @@ def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[
     counts: dict[str, Counter[str]] = {name: Counter() for name in tables if name in _NOUNS}
     for name, total in counts.items():
         if name == "scans":
-            total.update(query.frame(tables[name], _SCAN).drop_duplicates()["status"])
+            total.update(scan_keys(tables[name])["status"])
             continue
         statuses = [column for column in tables[name].schema.names if column.startswith("status")]
         for part in query.batches(tables[name], statuses):
             for column in statuses:
                 total.update(part.column(column).to_pandas().value_counts().to_dict())
     return counts
+
+
+def scan_keys(table: query.Readable) -> pd.DataFrame:
+    """Return a row for each scan, with `SCAN` and its status; a file is read a part at a time."""
+    import pandas as pd
+
+    columns = [*SCAN, "status"]
+    parts = [part.to_pandas().drop_duplicates() for part in query.batches(table, columns)]
+    return pd.concat(parts).drop_duplicates(ignore_index=True)
+
+
+def rows_of(table: query.Readable, columns: Sequence[str], scans: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of some scans, which are rows of `scan_keys`."""
+    import pandas as pd
+
+    names = list(dict.fromkeys([*SCAN, *columns]))
+    keys = scans[[*SCAN]].assign(order=range(len(scans)))
+    parts = [part.to_pandas().merge(keys) for part in query.batches(table, names)]
+    kept = pd.concat([part for part in parts if len(part)], ignore_index=True)
+    return kept.sort_values("order", kind="stable", ignore_index=True)
 
 
 def sentence(counts: Mapping[str, Counter[str]]) -> str:

@@ -26,9 +26,17 @@ def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
 
 
 def solve(
-    rods: Sequence[Rod], *, method: Solver, contact: Contact, section: RodSection
+    rods: Sequence[Rod],
+    *,
+    method: Solver,
+    contact: Contact,
+    section: RodSection,
+    retract: bool = False,
 ) -> list[StickingCurve]:
-    """Solve the equilibrium paths of some rods, and print the status of each."""
+    """Solve the equilibrium paths of some rods, and print the status of each.
+
+    With `retract`, also the states in which the clamp is pulled back, as scans may need them.
+    """
     # Only the solver in use is imported.
     if method is Solver.COLLOCATION:
         from vibrissa.sticking.solving.collocation import solve_curves
@@ -37,7 +45,7 @@ def solve(
         # Rods with equal mountings share one object.
         mounted = cache(lambda *values: Mounting(**dict(zip(MOUNTING_AXES, values, strict=True))))
         mountings = [mounted(*(rod[axis] for axis in MOUNTING_AXES)) for rod in rods]
-        curves = solve_curves(theta, eta, contact, mountings, section)
+        curves = solve_curves(theta, eta, contact, mountings, section, retract)
     else:
         from vibrissa.sticking.solving.shooting import solve_curve
 

@@ -1,73 +1,239 @@
-"""Scans as a table: a row for each step of the clamp."""
+"""Scans as tables: a row for each step of the clamp, and a row for each period of sticking."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
 
+from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Solver, TipMotion
-from vibrissa.scanning.simulation import Scan, TipPhase
+from vibrissa.outcomes import Contact, RodSection, Solver, TipMotion
+from vibrissa.scanning import surfaces as scanned
+from vibrissa.scanning.cycles import move, stages
+from vibrissa.scanning.response import LOADS
+from vibrissa.scanning.simulation import Outcome, Scan, TipPhase, TipSide
+from vibrissa.scanning.surfaces import Surface
+from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.vibration import state_frequencies
-from vibrissa.study.axes import AXES, MOUNTING_AXES, Value, sortable
-from vibrissa.study.chunks import spell_powers
+from vibrissa.study.axes import AXES, LAW_AXES, MOUNTING_AXES, SURFACE_AXES, Values, sortable
+from vibrissa.study.chunks import points_of, spell_powers
+from vibrissa.study.surfaces import Variant, read_profile
 from vibrissa.tables.records import frequency_values, state_values, table_of
-from vibrissa.tables.schemas import SCANS, SHAPE
+from vibrissa.tables.rods import Rod, solve
+from vibrissa.tables.schemas import PERIODS, SCANS, SHAPE
 
 
-def scan_table(
+class ScanTables(NamedTuple):
+    """Rows of a scan: of its steps and of its periods."""
+
+    steps: pa.Table
+    periods: pa.Table
+
+
+def computed_scans(
+    scan: str,
+    axes: Mapping[str, Values],
+    surfaces: Sequence[Variant],
+    laws: Sequence[tuple[str, float | None]],
+    to: Sequence[float] | None,
+    cycles: int | None,
+    shapes: bool,
+    study: str,
+    *,
+    method: Solver,
+    contact: Contact,
+    section: RodSection,
+    frequencies: int = 0,
+) -> Iterator[ScanTables]:
+    """Compute the scans of a chunk one after the other, and yield the rows of each.
+
+    The arguments are those of `vibrissa.study.scans.ScanChunk`, and `frequencies` is the number of
+    natural frequencies to compute at each step.
+    """
+    places = [surface_of(variant) for variant in surfaces]
+    for rod in points_of(axes):
+        # Solved alone, as a command solves it: together with others it differs by rounding.
+        (curve,) = solve([rod], method=method, contact=contact, section=section, retract=True)
+        for variant, surface in zip(surfaces, places, strict=True):
+            for law, ratio in laws:
+                found = _moved(curve, surface, rod, law, ratio, to=to, cycles=cycles)
+                point = {**rod, **variant, "law": law, "kinetic_ratio": ratio}
+                print(scan, spelled(point), found.status, found.message)
+                yield scan_tables(
+                    scan,
+                    point,
+                    found,
+                    study=study,
+                    method=method,
+                    shapes=shapes,
+                    frequencies=frequencies,
+                )
+
+
+def _moved(
+    curve: StickingCurve,
+    surface: Surface,
+    rod: Rod,
+    law: str,
+    ratio: float | None,
+    *,
+    to: Sequence[float] | None,
+    cycles: int | None,
+) -> Scan:
+    """Compute a scan; without rows where it has no result, with the reason in its message."""
+    if not curve.pieces:
+        return Scan.without_rows(Outcome(curve.status), curve.message)
+    # The law free has no kinetic friction.
+    kinetic_ratio = 1.0 if ratio is None else ratio
+    try:
+        return move(
+            stages(curve),
+            surface,
+            rod["dx0"],
+            to=to,
+            cycles=cycles,
+            law=law,
+            kinetic_ratio=kinetic_ratio,
+        )
+    except NoResponseError as error:
+        return Scan.without_rows(Outcome.OUT_OF_REACH, str(error))
+    except ArgumentError as error:
+        return Scan.without_rows(Outcome.FAILED, str(error))
+
+
+def surface_of(variant: Variant) -> Surface:
+    """Make the surface that a variant of a study file describes."""
+    if "patches" in variant:
+        starts, mu0 = zip(*variant["patches"], strict=True)
+        return scanned.patches(starts, mu0)
+    if "profile" in variant:
+        return scanned.profile(*read_profile(Path(variant["profile"])))
+    if "mean" in variant:
+        return scanned.random(**{axis: variant[axis] for axis in SURFACE_AXES})
+    return scanned.constant(variant["mu0"])
+
+
+def spelled(point: Mapping[str, Any]) -> str:
+    """Format the values of a scan for its log."""
+    shown = {key: value for key, value in point.items() if value not in (None, 0.0)}
+    return ", ".join(f"{key} {value}" for key, value in shown.items() if key != "content")
+
+
+def scan_tables(
     name: str,
-    point: Mapping[str, Value],
+    point: Mapping[str, Any],
     scan: Scan,
     *,
     study: str,
     method: Solver,
+    shapes: bool,
     frequencies: int = 0,
-) -> pa.Table:
-    """Make the table of a scan: a row for each clamp position, or one row if the scan failed.
+) -> ScanTables:
+    """Make the rows of a scan; if it has no result, one row in each table.
 
-    `frequencies` is the number of natural frequencies to compute in each state.
+    Parameters
+    ----------
+    point : mapping
+        Values of the axes, of the surface and of the slip law.
+    shapes : bool
+        Whether to keep the shape of the rod at each step.
+    frequencies : int
+        Number of natural frequencies to compute at each step.
     """
-    failed, n = not len(scan), max(len(scan), 1)
-    columns: dict[str, Any] = {
-        "study": [study] * n,
-        "method": [method] * n,
-        "scan": [name] * n,
-        **{axis: np.full(n, sortable(point[axis])[0]) for axis in AXES},
-        "curvature_powers": [spell_powers(point["curvature"])] * n,
-        "status": [scan.status] * n,
+    rod = point
+    point = {**point, "curvature_powers": spell_powers(point["curvature"])}
+    point["curvature"] = sortable(point["curvature"])[0]
+    keys = (*AXES, "curvature_powers", "surface", *SURFACE_AXES, *LAW_AXES)
+    same = {
+        **{"study": study, "method": method, "scan": name},
+        **{key: point.get(key) for key in keys},
+        **{"status": scan.status, "message": scan.message},
     }
-    if failed:
-        unknown: dict[str, Any] = {field.name: [None] for field in SCANS if field.nullable}
-        unknown |= {column.name: [[]] for column in SHAPE}
-        return table_of(SCANS, unknown | columns)
-    state, shapes = scan.state, scan.shapes()
-    values = {
+    return ScanTables(
+        steps=_table(SCANS, same, _steps(scan, rod, shapes, frequencies) if len(scan) else {}),
+        periods=_table(PERIODS, same, _periods(scan) if len(scan) else {}),
+    )
+
+
+def _table(schema: pa.Schema, same: Mapping[str, Any], columns: Mapping[str, Any]) -> pa.Table:
+    """Make a table whose rows share some values; one row without further values if it has none."""
+    count = len(next(iter(columns.values()))) if columns else 1
+    columns = {key: [value] * count for key, value in same.items()} | dict(columns)
+    lists = {field.name for field in SHAPE}
+    missing: dict[str, list[Any]] = {
+        field.name: [[] if field.name in lists else None] * count
+        for field in schema
+        if field.name not in columns
+    }
+    return table_of(schema, missing | columns)
+
+
+def _steps(scan: Scan, rod: Mapping[str, Any], shapes: bool, frequencies: int) -> dict[str, Any]:
+    state = scan.state
+    columns = {
         "cycle": scan.cycle,
         "step": scan.step,
         "phase": np.where(scan.phase == TipPhase.SLIP, TipPhase.SLIP, TipPhase.STICK),
+        "side": scan.side,
         "footpoint": scan.clamp,
         "x0": state.x0,
         "x1": scan.contact,
+        "mu0_tip": scan.mu0,
         **state_values(state),
-        **frequency_values(_frequencies(point, state, frequencies)),
-        "residual": shapes.residual,
-        "shape_s": [shapes.s] * n,
-        "shape_x": list(shapes.x),
-        "shape_y": list(shapes.y),
-        "shape_phi": list(shapes.phi),
+        # As commands and notebooks report them; the state has them to rounding.
+        **dict(zip(LOADS, scan.reactions.T, strict=True)),
+        **frequency_values(_frequencies(rod, state, frequencies)),
     }
-    return table_of(SCANS, columns | values)
+    if not shapes:
+        return columns
+    found = scan.shapes()
+    return columns | {
+        "residual": found.residual,
+        "shape_s": [found.s] * len(scan),
+        "shape_x": list(found.x),
+        "shape_y": list(found.y),
+        "shape_phi": list(found.phi),
+    }
 
 
-def _frequencies(point: Mapping[str, Value], states: StickingState, count: int) -> FloatArray:
+def _frequencies(rod: Mapping[str, Any], states: StickingState, count: int) -> FloatArray:
     """Compute natural frequencies in all states of a scan, shape (n, count)."""
     if not count:
         return np.empty((len(states), 0))
-    values: Mapping[str, Any] = {axis: point[axis] for axis in MOUNTING_AXES}
-    theta = float(sortable(point["theta"])[0])
+    mounting = Mounting(**{axis: rod[axis] for axis in MOUNTING_AXES})
     line = states.s_c < 1.0
-    return state_frequencies(theta, Mounting(**values), states, line, count, TipMotion.STICKS)
+    return state_frequencies(rod["theta"], mounting, states, line, count, TipMotion.STICKS)
+
+
+def _periods(scan: Scan) -> dict[str, Any]:
+    periods = scan.periods
+    loads = {
+        f"{load}_{end}": values
+        for end, found in (("onset", periods.loads_onset), ("rest", periods.loads_rest))
+        for load, values in zip(LOADS, found.T, strict=True)
+    }
+    return {
+        "period": periods.period,
+        "ends_by": periods.ends_by,
+        "side": np.where(periods.side == 1, TipSide.AHEAD, TipSide.BEHIND),
+        "steps": periods.steps,
+        "footpoint_begin": periods.begin,
+        "footpoint_last": periods.last,
+        "footpoint_onset": periods.onset,
+        "footpoint_slip": periods.slip,
+        "travel": periods.travel,
+        "x1": periods.contact,
+        "x1_rest": periods.contact_rest,
+        "slip_length": periods.slip_length,
+        "mu0_tip": periods.mu0,
+        "mobilised": periods.mobilised,
+        "x0_onset": periods.x0_onset,
+        "x0_rest": periods.x0_rest,
+        **loads,
+        "released": periods.released,
+        "dissipated": periods.dissipated,
+    }

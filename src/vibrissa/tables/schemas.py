@@ -5,7 +5,7 @@ from importlib.resources import files
 
 import pyarrow as pa
 
-from vibrissa.study.axes import AXES
+from vibrissa.study.axes import AXES, LAW_AXES, SURFACE_AXES
 
 # To be raised when a column changes its meaning, name or type: older files are then refused.
 SCHEMA_VERSION = "8"
@@ -84,6 +84,17 @@ def _frequencies(when: str = "", null: str = NO_RESULT) -> list[pa.Field]:
     ]
 
 
+def _loads(suffix: str, when: str) -> list[pa.Field]:
+    """Make the columns of the loads on the clamp at an end of a slip."""
+    null = {"null": DICTIONARY["periods"][f"x0{suffix}"]["null"]}
+    loads = ("reaction_fx", "reaction_fy", "reaction_m")
+    entries = {name: DICTIONARY["state"][name] for name in loads}
+    return [
+        _field(f"{name}{suffix}", entry | null | {"description": entry["description"] + when})
+        for name, entry in entries.items()
+    ]
+
+
 def _compared(contact: str, when: str) -> list[pa.Field]:
     """Make the columns of a point's solution in one kind of contact."""
     points, state = DICTIONARY["stiction"], DICTIONARY["state"]
@@ -104,7 +115,8 @@ def _compared(contact: str, when: str) -> list[pa.Field]:
 
 def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
     """Make a schema from columns: names in the data dictionary, or fields."""
-    known = DICTIONARY["shared"] | DICTIONARY[table]
+    known = DICTIONARY["shared"] | DICTIONARY["scans" if table == "periods" else table]
+    known |= DICTIONARY[table]
     fields = [
         field
         for part in columns
@@ -117,6 +129,8 @@ def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
 
 # The axes, and the coefficients of a polynomial curvature.
 _POINT = f"{' '.join(AXES)} curvature_powers"
+# The axes of scans that a point does not have.
+_SCAN = f"surface {' '.join(SURFACE_AXES | LAW_AXES)}"
 _SHAPE = "shape_s shape_x shape_y shape_phi"
 STATE = tuple(_field(name, entry) for name, entry in DICTIONARY["state"].items())
 
@@ -136,11 +150,21 @@ STICTION = _schema(
 )
 SCANS = _schema(
     "scans",
-    f"study method scan {_POINT}",
-    "status cycle step phase footpoint x0 x1",
+    f"study method scan {_POINT} {_SCAN}",
+    "status message cycle step phase side footpoint x0 x1 mu0_tip",
     _state(),
     _frequencies(),
     f"residual {_SHAPE}",
+)
+PERIODS = _schema(
+    "periods",
+    f"study method scan {_POINT} {_SCAN}",
+    "status message period ends_by side steps",
+    "footpoint_begin footpoint_last footpoint_onset footpoint_slip travel",
+    "x1 x1_rest slip_length mu0_tip mobilised x0_onset x0_rest",
+    _loads("_onset", ", at the exact end of sticking"),
+    _loads("_rest", ", after the slip"),
+    "released dissipated",
 )
 STATES = _schema(
     "states",
@@ -162,8 +186,10 @@ CLAIMS = _schema(
 )
 
 SHAPE = tuple(SCANS.field(name) for name in _SHAPE.split())
+# Columns of the loads at both ends of a slip.
+LOADS = tuple(name for name in PERIODS.names if name.startswith("reaction_"))
 # Schemas of all tables of a study, by name.
 TABLES = {
     schema.metadata[b"vibrissa.table"].decode(): schema
-    for schema in (STICTION, SCANS, STATES, COMPARISONS, CLAIMS)
+    for schema in (STICTION, SCANS, PERIODS, STATES, COMPARISONS, CLAIMS)
 }

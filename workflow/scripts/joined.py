@@ -1,17 +1,17 @@
-"""Join the chunks of all grids into one table; refuse all damaged chunks and all of other files."""
+"""Join the chunks of a table; refuse all damaged chunks and all of other study files."""
 
 from vibrissa.errors import DamagedTableError
 from vibrissa.pipeline import jobs
 from vibrissa.tables import query, schemas, store
 
 
-def rows(params):
+def rows(params, schema):
     """Yield the rows of all chunks; read all before the damaged ones are refused."""
     damaged = []
     for path, chunk_part in zip(snakemake.input.chunks, params.chunk_parts, strict=True):
         try:
-            chunk = query.opened(path, schemas.STICTION, chunk_part)
-            yield from query.batches(chunk, schemas.STICTION.names)
+            chunk = query.opened(path, schema, chunk_part)
+            yield from query.batches(chunk, schema.names)
         except DamagedTableError as error:
             damaged.append(error)
     if damaged:
@@ -20,4 +20,5 @@ def rows(params):
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
-    store.write_batches(rows(params), schemas.STICTION, snakemake.output[0], params.study_part)
+    schema = schemas.TABLES[params.table]
+    store.write_batches(rows(params, schema), schema, snakemake.output[0], params.study_part)

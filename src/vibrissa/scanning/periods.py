@@ -1,0 +1,198 @@
+"""Periods of sticking of a scan: from one slip to the next."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.scanning.slip import Rest
+from vibrissa.scanning.stage import Stage
+from vibrissa.scanning.tip import Tip
+
+
+class EndsBy(StrEnum):
+    """How a period of sticking ends.
+
+    Attributes
+    ----------
+    SLIP
+        The tip slips and comes to rest.
+    PATH
+        The clamp reaches the end of its path while the tip sticks.
+    LOCK
+        The tip locked and was pushed until sticking ended; the motion after that is not computed.
+    LOST
+        The slip leaves the computed states.
+    UNKNOWN
+        The states of the rod were not computed further.
+    """
+
+    SLIP = "slip"
+    PATH = "path"
+    LOCK = "lock"
+    LOST = "lost"
+    UNKNOWN = "unknown"
+
+
+class Period(NamedTuple):
+    """End of a period of sticking.
+
+    Attributes
+    ----------
+    tip : Tip
+        The tip where it stuck at the end of the period.
+    stop : int
+        First step at which it does not stick, or the number of steps of the path.
+    until : float
+        Clamp position at which sticking ends (L); NaN if the tip sticks to the end of the path.
+    ends_by : EndsBy
+    clamp : float
+        Clamp position during the slip (L); NaN without a slip.
+    contact : float
+        Position of the tip after the slip (L); NaN if it did not come to rest.
+    rest : Rest or None
+        Where the slip ends, and its energies; None if the tip did not come to rest.
+    """
+
+    tip: Tip
+    stop: int
+    until: float
+    ends_by: EndsBy
+    clamp: float = np.nan
+    contact: float = np.nan
+    rest: Rest | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Periods(Batch):
+    """Periods of sticking of a scan, one row for each; a number that is not known is NaN.
+
+    Attributes
+    ----------
+    period : ndarray of int, shape (n,)
+        Number of the period, from 1.
+    begin, last : ndarray, shape (n,)
+        Position of the clamp at its first and last step (L).
+    onset : ndarray, shape (n,)
+        Position of the clamp at which sticking ends, between two steps (L).
+    slip : ndarray, shape (n,)
+        Position of the clamp at the step in which the tip slips (L).
+    steps : ndarray of int, shape (n,)
+        Number of steps from `begin` to `last`.
+    travel : ndarray, shape (n,)
+        Way of the clamp from `begin` to `onset` (L); the clamp may turn in between.
+    contact, contact_rest : ndarray, shape (n,)
+        Position of the tip at the end of the period and after the slip (L).
+    side : ndarray of int, shape (n,)
+        1 for a tip ahead of the clamp, −1 for a tip behind it, at the end of the period.
+    mu0 : ndarray, shape (n,)
+        Coefficient of static friction under the tip.
+    x0_onset, x0_rest : ndarray, shape (n,)
+        Displacement from the α = 0 state at `onset`, and after the slip (L).
+    loads_onset, loads_rest : ndarray, shape (n, 3)
+        Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L) at `onset`, and after the slip.
+    released, dissipated : ndarray, shape (n,)
+        Elastic energy that the slip releases, and work against kinetic friction (E·I0/L).
+    ends_by : ndarray of str, shape (n,)
+        `EndsBy` of each period.
+    """
+
+    period: IntArray
+    begin: FloatArray
+    last: FloatArray
+    onset: FloatArray
+    slip: FloatArray
+    steps: IntArray
+    travel: FloatArray
+    contact: FloatArray
+    contact_rest: FloatArray
+    side: IntArray
+    mu0: FloatArray
+    x0_onset: FloatArray
+    x0_rest: FloatArray
+    loads_onset: FloatArray
+    loads_rest: FloatArray
+    released: FloatArray
+    dissipated: FloatArray
+    ends_by: StrArray
+
+    @property
+    def mobilised(self) -> FloatArray:
+        """Apparent friction |fx/fy| at the onset, which an exact sensor reads as μ0."""
+        fx, fy, _ = self.loads_onset.T
+        return np.abs(fx / fy)
+
+    @property
+    def slip_length(self) -> FloatArray:
+        """Distance between the places of the tip before and after the slip (L)."""
+        return np.abs(self.contact_rest - self.contact)
+
+
+def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
+    """Describe the periods that end at `ends` on the way of a scan's clamp (L)."""
+    tips = [end.tip for end in ends]
+    stop = np.array([end.stop for end in ends], dtype=np.int64)
+    # Each period begins in the step of the slip that ends the one before.
+    begin, last = np.append(0, stop)[:-1], stop - 1
+    way = np.append(0.0, np.cumsum(np.abs(np.diff(clamp))))
+    onset = np.array([end.until for end in ends])
+    side = np.array([tip.side for tip in tips], dtype=np.int64)
+    contact = np.array([tip.contact for tip in tips])
+    slip = np.array([end.clamp for end in ends])
+    rests = [end.rest or Rest(np.nan, np.nan, np.nan) for end in ends]
+    x0_rest = np.array([rest.x0 for rest in rests])
+    contact_rest = np.array([end.contact for end in ends])
+    at_onset = _held(tips, onset, contact, side)
+    return Periods(
+        period=np.arange(1, len(ends) + 1),
+        begin=clamp[begin],
+        last=clamp[last],
+        onset=onset,
+        slip=slip,
+        steps=last - begin,
+        travel=way[last] - way[begin] + np.abs(onset - clamp[last]),
+        contact=contact,
+        contact_rest=contact_rest,
+        side=side,
+        mu0=np.array([tip.mu0 for tip in tips]),
+        x0_onset=side * at_onset.x0,
+        x0_rest=side * x0_rest + 0.0,  # no −0
+        loads_onset=at_onset.loads,
+        loads_rest=_held(tips, slip, contact_rest, side, x0_rest).loads,
+        released=np.array([rest.released for rest in rests]),
+        dissipated=np.array([rest.dissipated for rest in rests]),
+        ends_by=np.array([end.ends_by for end in ends], dtype=np.str_),
+    )
+
+
+class _Held(NamedTuple):
+    """Displacements of rods whose tips stick (L), and their loads."""
+
+    x0: FloatArray
+    loads: FloatArray
+
+
+def _held(
+    tips: Sequence[Tip],
+    clamp: FloatArray,
+    contact: FloatArray,
+    side: IntArray,
+    x0: FloatArray | None = None,
+) -> _Held:
+    """Displacement and loads at clamp positions; NaN where the position is NaN."""
+    known = np.flatnonzero(~np.isnan(clamp))
+    found = _Held(x0=np.full(len(clamp), np.nan), loads=np.full((len(clamp), 3), np.nan))
+    if not len(known):
+        return found
+    stage: Stage = tips[0].stage
+    states, held = stage.states(clamp[known], contact[known], side[known])
+    held = held if x0 is None else x0[known]
+    sign = side[known]
+    mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
+    found.x0[known] = held
+    found.loads[known] = states(states.clip(held)) * mirror
+    return found

@@ -1,0 +1,193 @@
+"""Surfaces and scans of a study file: how often they are multiplied, their chunks and mistakes."""
+
+import pytest
+
+from vibrissa.errors import StudyError
+from vibrissa.study.reading import read_study
+from vibrissa.study.scans import MOST_PERIODS, scan_chunks
+
+# Every value stands once, so that a test can put another in its place.
+STUDY = """
+study: demo
+grids:
+  main: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.001]}
+surfaces:
+  flat: {mu0: [0.2, 0.4]}
+  stripes: {patches: [[0.0, 0.25], [0.5, 0.45]]}
+  random: {mean: 0.3, deviation: 0.05, correlation: 0.02, seed: [1, 2, 3]}
+  measured: {profile: friction.csv}
+scans:
+  laws:
+    theta: [1, 2, 3]
+    eta: 0.8
+    dx0: [0.002, 0.004]
+    surface: [flat, random]
+    law: [free, kinetic, energy]
+    kinetic_ratio: [0.6, 0.75]
+    cycles: 20
+  path: {theta: 2, eta: 0.7, dx0: 0.01, surface: [stripes, measured], to: [0.5, -0.1]}
+figures:
+  shapes: {kind: scan, scan: laws, mu0: 0.2, dx0: 0.002, surface: flat, law: free}
+"""
+PROFILE = "# a line of a remark\nx, mu0\n0, 0.3\n0.5, 0.35\n\n1, 0.32\n"
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(text, profile=PROFILE):
+        (tmp_path / "friction.csv").write_text(profile)
+        path = tmp_path / "my.yaml"
+        path.write_text(text)
+        return read_study(path)
+
+    return read
+
+
+def scans_of(study, name):
+    """Rod, surface and law of each scan of an entry."""
+    return [
+        (theta, dx0, variant, law)
+        for chunk in study.scan_chunks.values()
+        if chunk.scan == name
+        for theta in chunk.axes["theta"]
+        for dx0 in chunk.axes["dx0"]
+        for variant in chunk.surfaces
+        for law in chunk.laws
+    ]
+
+
+def test_axes_that_do_not_bear_on_each_other_are_not_multiplied(read):
+    scans = scans_of(read(STUDY), "laws")
+    # 3 rods, 2 steps, 2 planes and 3 random surfaces; free, and each other law with two ratios.
+    assert len(scans) == 3 * 2 * (2 + 3) * (1 + 2 * 2)
+    assert {law for *_, law in scans} == {
+        ("free", None),
+        *((law, ratio) for law in ("kinetic", "energy") for ratio in (0.6, 0.75)),
+    }
+    planes = [variant for *_, variant, _ in scans if variant["surface"] == "flat"]
+    assert all(variant.keys() == {"surface", "mu0"} for variant in planes)
+
+
+def test_mu0_is_short_for_a_plane(read):
+    short = STUDY.replace("surface: [flat, random]", "mu0: [0.2, 0.4]")
+    used = short.replace("[stripes, measured]", "[stripes, measured, flat, random]")
+    used = used.replace("surface: flat, law: free", "law: free")
+    variants = [variant for *_, variant, _ in scans_of(read(used), "laws")]
+    assert {tuple(variant.items()) for variant in variants} == {
+        (("surface", "plane"), ("mu0", 0.2)),
+        (("surface", "plane"), ("mu0", 0.4)),
+    }
+
+
+def test_shapes_are_kept_where_a_figure_or_the_file_asks_for_them(read):
+    assert read(STUDY).with_shapes == {"laws"}
+    assert read(STUDY.replace("to: [0.5", "shapes: true, to: [0.5")).with_shapes == {"laws", "path"}
+    signals = "kind: signals, theta: 2, kinetic_ratio: 0.6, mu0: 0.2, law: energy"
+    text = STUDY.replace("kind: scan", signals).replace(" mu0: 0.2, dx0", " dx0")
+    assert read(text.replace(", law: free", "")).with_shapes == set()
+
+
+@pytest.mark.parametrize("longer", ["theta", "eta", "dx0", "seed"])
+def test_values_appended_leave_whole_chunks_as_they_are(read, longer):
+    base = STUDY.replace("cycles: 20", "cycles: 100").replace("eta: 0.8", "eta: [0.8, 0.9]")
+    base = base.replace("law: free}", "law: free, eta: 0.8}")
+    more = {"theta": ("[1, 2, 3]\n", "[1, 2, 3, 4]\n"), "eta": ("[0.8, 0.9]", "[0.8, 0.9, 0.95]")}
+    more |= {
+        "dx0": ("[0.002, 0.004]", "[0.002, 0.004, 0.005]"),
+        "seed": ("1, 2, 3]}", "1, 2, 3, 4]}"),
+    }
+    before = {name: one.params for name, one in read(base).scan_chunks.items()}
+    after = {
+        name: one.params for name, one in read(base.replace(*more[longer])).scan_chunks.items()
+    }
+    kept = [name for name, params in before.items() if after.get(name) == params]
+    assert len(kept) >= len(before) / 2
+    # Only chunks that were not full get the seed.
+    assert all(len(before[name]["surfaces"]) < 4 for name in before if name not in kept)
+
+
+def test_a_chunk_has_no_more_periods_than_its_limit(read):
+    study = read(STUDY)
+    scan = study.scans["laws"]
+    seeds = [{"surface": "s", "seed": seed} for seed in range(500)]
+    chunks = list(scan_chunks("laws", scan, seeds, fixed={}, shapes=False))
+    sizes = [len(one.surfaces) * len(one.axes["theta"]) * len(one.axes["dx0"]) for one in chunks]
+    assert max(sizes) * len(scan.laws) * scan.cycles <= MOST_PERIODS
+    assert sum(sizes) == 500 * 3 * 2
+    assert len({one.name for one in chunks}) == len(chunks)
+    assert all(one.minutes() < 60 for one in chunks)
+
+
+def test_the_content_of_a_profile_decides_what_runs_again(read):
+    def parts(profile):
+        study = read(STUDY, profile)
+        tables = {name: study.part(name) for name in study.tables}
+        return tables | {name: one.part({}) for name, one in study.scan_chunks.items()}
+
+    before, after = parts(PROFILE), parts(PROFILE.replace("0.32", "0.33"))
+    changed = {name.partition("/")[0] for name in before if before[name] != after[name]}
+    assert changed == {"scans", "periods", "path"}
+    assert read(STUDY).data_files == ["friction.csv"]
+
+
+# What is put in place of what, where the message says it is, and words of it.
+WRONG = {
+    "unused": ("[flat, random]", "[flat]", "7: surfaces.random", "no scan uses it; remove it, or"),
+    "unknown": ("[flat, random]", "[flat, x]", "14: scans.laws.surface", "allowed: flat, measured"),
+    "no file": ("friction.csv", "x.csv", "8: surfaces.measured.profile", "no file x.csv in the"),
+    "far file": ("friction.csv", "../x.csv", "8: surfaces.measured.profile", "or below it"),
+    "no seed": (", seed: [1, 2, 3]", "", "7: surfaces.random", "missing 'seed'"),
+    "seed 1.5": ("seed: [1, 2, 3]", "seed: [1.5]", "7: surfaces.random.seed[0]", "1.5"),
+    "two kinds": ("{patches:", "{mu0: 1, patches:", "6: surfaces.stripes", "mu0 and patches"),
+    "no kind": ("{mu0: [0.2, 0.4]}", "{}", "5: surfaces.flat", "exactly one of the keys mu0, pat"),
+    "foreign": ("{mu0: [0.2", "{seed: 1, mu0: [0.2", "5: surfaces.flat.seed", "remove it"),
+    "falling": ("[0.5, 0.45]", "[-1, 0.45]", "6: surfaces.stripes.patches[1]", "must increase"),
+    "patch 0": ("[0.5, 0.45]", "[0.5, 0]", "6: surfaces.stripes.patches[1][1]", "greater than 0"),
+    "ratio 0": ("[0.6, 0.75]", "[0, 0.75]", "16: scans.laws.kinetic_ratio[0]", "greater than 0"),
+    "ratio 1.1": ("[0.6, 0.75]", "[1.1]", "16: scans.laws.kinetic_ratio[0]", "equal to 1"),
+    "no ratio": ("    kinetic_ratio: [0.6, 0.75]\n", "", "15: scans.laws.law", "needs it"),
+    "idle ratio": ("[free, kinetic, energy]", "free", "16: scans.laws.kinetic_ratio", "remove"),
+    "law": ("[free, kinetic, energy]", "[quick]", "15: scans.laws.law[0]", "'free', 'kinetic'"),
+    "both ends": ("cycles: 20", "cycles: 20\n    to: 1", "18: scans.laws.to", "remove one of them"),
+    "no end": ("    cycles: 20\n", "", "10: scans.laws", "missing 'cycles' or 'to'"),
+    "both": (
+        "eta: 0.7",
+        "eta: 0.7, mu0: 0.3",
+        "18: scans.path.surface",
+        "both 'mu0' and 'surface'",
+    ),
+    "short": ("to: [0.5, -0.1]", "to: [0.5, 0.499]", "18: scans.path.to[1]", "at least one step"),
+    "to text": ("to: [0.5, -0.1]", "to: far", "18: scans.path.to", "'far'"),
+    "figure": ("surface: flat, law", "surface: random, law", "20: figures.shapes", "mu0"),
+    "figure law": (", law: free", "", "20: figures.shapes", "shows one value of law"),
+    "shot": ("study: demo", "study: demo\nmethod: shooting", "11: scans.laws", "collocation"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_mistake_is_told_with_its_line_and_a_remedy(read, name):
+    old, new, place, words = WRONG[name]
+    assert STUDY.count(old) == 1, "the value stands once"
+    # The text begins with an empty line, which an editor would not show.
+    with pytest.raises(StudyError) as told:
+        read(STUDY.replace(old, new)[1:])
+    lines = [line.partition("my.yaml:")[2] for line in str(told.value).splitlines()]
+    assert any(line.startswith(place) and words in line for line in lines), lines
+
+
+@pytest.mark.parametrize(
+    ("profile", "words"),
+    [
+        (PROFILE.replace("1, 0.32", "0.5, 0.32"), "friction.csv:6: x must increase; 0.5 is not"),
+        (PROFILE.replace("0.35", "0"), "friction.csv:4: mu0 must be above 0, got 0"),
+        (PROFILE.replace("0.35", "rough"), "friction.csv:4: mu0 must be a number, got 'rough'"),
+        (PROFILE.replace("0.5, 0.35", "0.5"), "friction.csv:4: mu0 must be a number, got ''"),
+        (PROFILE.replace("x, mu0", "x, mu"), "has no column mu0; its first line has x, mu"),
+        ("x, mu0\n0, 1\n", "a profile needs two rows or more"),
+        ("", "has no column x, mu0; its first line has nothing"),
+    ],
+)
+def test_a_wrong_profile_is_told_with_its_line(read, profile, words):
+    with pytest.raises(StudyError, match=r"surfaces\.measured\.profile") as told:
+        read(STUDY, profile)
+    assert words in str(told.value)

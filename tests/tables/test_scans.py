@@ -1,0 +1,148 @@
+"""Scans as tables of steps and of periods: the same numbers as those of commands and functions."""
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from typer.testing import CliRunner
+
+import made_tables
+from vibrissa import Mounting, sensor, solve_curve, stick_slip
+from vibrissa.cli.app import app
+from vibrissa.outcomes import Contact
+from vibrissa.quantities import series
+from vibrissa.scanning import surfaces
+from vibrissa.sensor import Whisker
+from vibrissa.tables.scans import ScanTables, computed_scans, surface_of
+
+ROD = {"theta": (2.0,), "eta": (0.85,), "dx0": (0.001,), **made_tables.IDEAL}
+PLANE = {"surface": "plane", "mu0": 0.3}
+STRIPES = {"surface": "stripes", "patches": [[0.0, 0.25], [0.5, 0.4]]}
+
+
+def computed(surface=PLANE, law="free", ratio=None, shapes=False, solver=None, rod=None, **end):
+    end = {"to": None, "cycles": None} | end
+    (found,) = computed_scans(
+        scan="s",
+        axes=ROD | (rod or {}),
+        surfaces=[surface],
+        laws=[(law, ratio)],
+        shapes=shapes,
+        study="a",
+        **end,
+        **made_tables.SOLVER | (solver or {}),
+    )
+    return found
+
+
+def columns(table, *names):
+    return [table.column(name).to_numpy() for name in names]
+
+
+@pytest.fixture(scope="module")
+def there_and_back():
+    return computed(STRIPES, "energy", 0.6, to=[0.3, 0.1])
+
+
+def test_a_scan_of_a_study_is_that_of_the_command_bit_for_bit(there_and_back, tmp_path):
+    path = tmp_path / "scan.csv"
+    told = "scan --theta 2 --eta 0.85 --step 0.001 --to 0.3 --to 0.1 --law energy"
+    patches = ["--patches", "0: 0.25, 0.5: 0.4", "--kinetic-ratio", "0.6", "-o", str(path)]
+    result = CliRunner().invoke(app, [*told.split(), *patches])
+    assert result.exit_code == 0, result.output
+    names = {"footpoint": "footpoint", "contact": "x1", "mu0": "mu0_tip"}
+    names |= {"force_x": "reaction_fx", "force_y": "reaction_fy", "moment_z": "reaction_m"}
+    written = series.read(path, list(names)).columns
+    for ours, theirs in names.items():
+        assert (written[ours] == there_and_back.steps.column(theirs).to_numpy()).all(), ours
+
+
+def test_a_scan_of_a_study_is_that_of_python_bit_for_bit(there_and_back):
+    surface = surfaces.patches([0.0, 0.5], [0.25, 0.4])
+    whisker = Whisker(theta=2.0, eta=0.85)
+    signals = sensor.scan(
+        whisker, surface, step=0.001, to=[0.3, 0.1], law="energy", kinetic_ratio=0.6
+    )
+    x1, fx = columns(there_and_back.steps, "x1", "reaction_fx")
+    assert (signals.truth.contact == x1).all() and (signals.readings[:, 0] == fx).all()
+    periods = signals.truth.periods
+    onset, released = columns(there_and_back.periods, "footpoint_onset", "released")
+    assert np.array_equal(periods.onset, onset, equal_nan=True)
+    assert np.array_equal(periods.released, released, equal_nan=True)
+
+
+@pytest.mark.parametrize(("law", "ratio"), [("free", None), ("kinetic", 0.7)])
+def test_cycles_of_a_study_are_those_of_python_bit_for_bit(law, ratio):
+    found = computed(law=law, ratio=ratio, cycles=3, shapes=True)
+    scan = stick_slip(solve_curve(2.0, 0.85), 0.3, 0.001, 3, law, ratio or 1.0)
+    assert (found.steps.column("x1").to_numpy() == scan.contact).all()
+    assert (np.vstack(found.steps.column("shape_x").to_pylist()) == scan.shapes().x).all()
+    assert len(found.periods) == 3 and set(found.periods.column("ends_by").to_pylist()) == {"slip"}
+    assert found.periods.column("kinetic_ratio").to_pylist() == [ratio] * 3
+
+
+def test_shapes_are_empty_where_nobody_asks_for_them():
+    without, kept = computed(cycles=1), computed(cycles=1, shapes=True)
+    assert set(map(len, without.steps.column("shape_x").to_pylist())) == {0}
+    assert without.steps.column("residual").null_count == len(without.steps)
+    assert kept.steps.column("residual").null_count == 0
+    others = [name for name in kept.steps.schema.names if name[:5] not in ("shape", "resid")]
+    assert without.steps.select(others) == kept.steps.select(others)
+
+
+def test_steps_and_periods_tell_the_same(there_and_back):
+    steps, periods = (table.to_pandas() for table in there_and_back)
+    slips = steps[steps["phase"] == "slip"]
+    ended = periods[periods["ends_by"] == "slip"]
+    assert (ended["footpoint_slip"].to_numpy() == slips["footpoint"].to_numpy()).all()
+    assert (ended["x1_rest"].to_numpy() == slips["x1"].to_numpy()).all()
+    assert (ended["reaction_m_rest"] - slips["reaction_m"].to_numpy()).abs().max() < 1e-14
+    assert ended["released"].to_numpy() == pytest.approx(ended["dissipated"].to_numpy(), abs=1e-9)
+    assert (periods["steps"] + 1).sum() == len(steps)
+    straight = (periods["footpoint_onset"] - periods["footpoint_begin"]).abs()
+    # The clamp turns in one of the periods, whose way is longer.
+    longer = periods["travel"] > straight + 1e-12
+    assert longer.sum() == 1 and (periods["travel"] > straight - 1e-12)[:-1].all()
+    assert periods["ends_by"].iloc[-1] == "path"
+    assert periods["footpoint_onset"].isna().tolist() == [False] * len(ended) + [True]
+
+
+def test_a_scan_without_result_is_a_row_in_each_table():
+    profile = {"surface": "short", "mean": 0.3, "deviation": 0.05, "correlation": 0.02, "seed": 1}
+    fine = computed(profile, to=[0.05])
+    assert fine.steps.column("mu0").null_count == len(fine.steps)
+    assert set(fine.periods.column("seed").to_pylist()) == {1}
+    oblique = computed(rod={"stage_angle": (0.3,)}, to=[5.0])
+    assert isinstance(oblique, ScanTables)
+    for table in oblique:
+        (row,) = table.to_pylist()
+        assert row["status"] == "out_of_reach" and "shorten the path" in row["message"]
+
+
+def test_a_tip_that_leaves_its_surface_tells_where(tmp_path):
+    path = tmp_path / "friction.csv"
+    path.write_text("x,mu0\n0.3,0.3\n0.5,0.4\n")
+    measured = {"surface": "measured", "profile": str(path), "content": "1"}
+    assert surface_of(measured)(0.4) == pytest.approx(0.35)
+    (row,) = computed(measured, to=[0.3]).periods.to_pylist()
+    assert row["status"] == "failed" and "known from x = 0.3 L to 0.5 L" in row["message"]
+
+
+@pytest.mark.slow
+def test_mountings_and_line_contact_are_as_in_python():
+    mounted = {"clamp_angle": (0.05,), "stage_angle": (0.02,)}
+    found = computed(rod=mounted, cycles=2)
+    curve = solve_curve(2.0, 0.85, mounting=Mounting(clamp_angle=0.05, stage_angle=0.02))
+    assert (found.steps.column("x1").to_numpy() == stick_slip(curve, 0.3, 0.001, 2).contact).all()
+    line = computed(
+        rod={"theta": (3.0,), "eta": (0.7,)}, solver={"contact": Contact.LINE}, cycles=2
+    )
+    assert (line.steps.column("s_c").to_numpy() < 1.0).any()
+
+
+def test_a_rod_that_buckles_is_dragged_on():
+    rod = {"theta": (4.0,), "eta": (0.6,), "dx0": (0.004,)}
+    found = computed({"surface": "plane", "mu0": 0.9}, cycles=2, rod=rod)
+    assert set(found.periods.column("side").to_pylist()) == {"behind"}
+    travel, slip = columns(found.periods, "travel", "slip_length")
+    assert travel[0] > 1.0 > 0.1 > travel[1] and (slip > 0.0).all()
+    assert pa.compute.all(pa.compute.equal(found.steps.column("status"), "lock")).as_py()
