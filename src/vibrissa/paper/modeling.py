@@ -72,7 +72,8 @@ def frequency_by_laws(evidence: Evidence) -> Finding:
     (response,) = responses([MountedRod(theta=float(rows["theta"].iloc[0]), eta=evidence.eta)])
     mu0 = rows["mu0"].to_numpy()
     quantities: Quantities = {}
-    frequencies, falls = [], {}
+    frequencies: list[float] = []
+    falls: dict[str, bool] = {}
     for law, ratio in ((SlipLaw.FREE, 1.0), *product(SLOWED, KINETIC_RATIOS)):
         travel = np.array([steady_travel(response, one, law, ratio) for one in mu0])
         name = f"{law}, μk/μ0 = {ratio:g}" if law in SLOWED else str(law)
