@@ -175,6 +175,17 @@ MILLIMETRE = Rod(youngs_modulus=2.1e11, base_diameter=5e-3, length=1e-3)
 TIGHT = replace(PAPER, rtol=1e-5, atol=1e-7, simplex=1e-6)
 LOOSE = replace(PAPER, rtol=1e-2, atol=1e-4, simplex=1e-2, miss=0.1)
 
+
+def same_travel(response, mu0, law, ratio):
+    """Travel that does not depend on the law."""
+    return 0.1 * mu0
+
+
+def more_slips(response, mu0, law, ratio):
+    """By the law kinetic, travel that falls with friction."""
+    return 0.1 - 0.1 * mu0 if law == "kinetic" else 0.1 * mu0
+
+
 # Each statement with evidence that is not as it is, or with another value of a name in its module,
 # and the verdict on that.
 UNCHANGED = changed("taper")
@@ -210,6 +221,8 @@ OTHERWISE = [
         {},
         CONTRADICTED,
     ),
+    ("event frequency by any slip law", UNCHANGED, {"steady_travel": same_travel}, HOLDS),
+    ("event frequency by any slip law", UNCHANGED, {"steady_travel": more_slips}, CONTRADICTED),
     (
         "μ0 from the load",
         changed("friction", reaction_fx_trail=lambda rows: 1.1 * rows["reaction_fx_trail"]),

@@ -50,6 +50,6 @@ def test_an_editor_sees_what_is_wrong(path, wrong):
 def test_every_kind_of_figure_is_drawn_from_columns_that_its_table_has():
     assert FIGURE_KINDS.keys() == draw.KINDS.keys() | {"script"}
     for name, kind in FIGURE_KINDS.items() - {("script", FIGURE_KINDS["script"])}:
-        columns = set(schemas.TABLES[TABLES[kind.source]].names)
+        columns = set(schemas.TABLES[kind.table or TABLES[kind.source]].names)
         assert {kind.source, *kind.single} <= columns
         assert set(draw.KINDS[name].columns) <= columns

@@ -1,6 +1,7 @@
 """Claims of the paper's abstract and of its Sections II and III."""
 
 import math
+from itertools import product
 
 import numpy as np
 from scipy.optimize import brentq
@@ -8,9 +9,13 @@ from scipy.optimize import brentq
 from vibrissa.mechanics.elastica import rod_equations
 from vibrissa.mechanics.taper import diameter
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.outcomes import SlipLaw
 from vibrissa.paper.evidence import Evidence, bending_of_steps
 from vibrissa.paper.judging import EXAMPLE, NEGLIGIBLE, ends, judged, rises
-from vibrissa.paper.ledger import Finding, judges
+from vibrissa.paper.ledger import Finding, Quantities, judges
+from vibrissa.scanning.cycles import steady_travel
+from vibrissa.scanning.response import responses
+from vibrissa.scanning.rods import MountedRod
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.solving import shooting
 
@@ -18,6 +23,9 @@ from vibrissa.sticking.solving import shooting
 EXAMPLE_F, EXAMPLE_FORCE = 10.86, 7000.0
 # Relative tolerance: half a unit in the last digit of f, and rounding.
 EXAMPLE_TOLERANCE = 0.005 / EXAMPLE_F + 1e-4
+# Friction coefficient, and ratios of kinetic to static friction, for which slip laws are compared.
+PLAIN_FRICTION, KINETIC_RATIOS = 0.3, (0.6, 0.8)
+SLOWED = (SlipLaw.KINETIC, SlipLaw.ENERGY)
 # Tensile strength of music wire, ASTM A228, the strongest of the wrought carbon steels, in Pa:
 # https://www.makeitfrom.com/material-properties/ASTM-A228-SWP-A-K08500-Music-Wire
 # Generous: it yields earlier, and a wire as thick as 5 mm is weaker.
@@ -56,6 +64,37 @@ def event_frequency(evidence: Evidence) -> Finding:
         "μ0 of a pushed rod with as many events": (curve.mobilised_friction(dragged[-1]), "1"),
     }
     return judged(quantities, contradicted=not rises(dragged), condition=True)
+
+
+@judges("event frequency by any slip law")
+def frequency_by_laws(evidence: Evidence) -> Finding:
+    rows = evidence.slipping()
+    (response,) = responses([MountedRod(theta=float(rows["theta"].iloc[0]), eta=evidence.eta)])
+    mu0 = rows["mu0"].to_numpy()
+    quantities: Quantities = {}
+    frequencies: list[float] = []
+    falls: dict[str, bool] = {}
+    for law, ratio in ((SlipLaw.FREE, 1.0), *product(SLOWED, KINETIC_RATIOS)):
+        travel = np.array([steady_travel(response, one, law, ratio) for one in mu0])
+        name = f"{law}, μk/μ0 = {ratio:g}" if law in SLOWED else str(law)
+        frequencies.append(1.0 / steady_travel(response, PLAIN_FRICTION, law, ratio))
+        quantities[f"events per L at μ0 = {PLAIN_FRICTION:g}, law {name}"] = (
+            frequencies[-1],
+            "1/L",
+        )
+        # Where a slip lifts the tip off there is no further period, and the travel is NaN.
+        stops = np.flatnonzero(~(np.diff(travel) > 0.0))
+        falls[law] = falls.get(law, True) and not len(stops)
+        if len(stops):
+            quantities[f"μ0 up to which it falls, law {name}"] = (mu0[stops[0]], "1")
+    taken = float(response.demand(1.0 / max(frequencies)))
+    quantities["μ0 by the law free for the largest of these numbers"] = (taken, "1")
+    several = max(frequencies) > (1.0 + NEGLIGIBLE) * min(frequencies)
+    return judged(
+        quantities,
+        contradicted=not (falls[SlipLaw.FREE] and falls[SlipLaw.KINETIC]),
+        condition=several or not falls[SlipLaw.ENERGY],
+    )
 
 
 @judges("force unit")

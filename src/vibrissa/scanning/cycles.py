@@ -16,7 +16,7 @@ from vibrissa.numerics.steps import step_position
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.scanning.simulation import Outcome, Scan, simulate
-from vibrissa.scanning.slip import SlipLaw
+from vibrissa.scanning.slip import Slip, SlipLaw
 from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
 from vibrissa.sticking.api import check_surface
@@ -129,6 +129,36 @@ def move(
         return until_slips(stage, surface, exact(step), cycles, law, kinetic_ratio)
     positions = path(step, to or ())
     return simulate(stage(positions), surface, positions, law, kinetic_ratio)
+
+
+def steady_travel(
+    response: Response, mu0: float, law: SlipLaw | str, kinetic_ratio: float = 0.8
+) -> float:
+    """Travel of the clamp in a period of sticking on a plane, in the limit of small steps (L).
+
+    It is the travel in each period after the first: from where a slip ends that begins at the exact
+    onset, to the next onset. Its inverse is the number of slips in a length.
+
+    Raises
+    ------
+    ArgumentError
+        If the tip is self-locking, so that it does not slip.
+
+    Examples
+    --------
+    >>> from vibrissa.scanning.response import responses
+    >>> (response,) = responses([MountedRod(theta=2.0, eta=0.85)])
+    >>> for law in SlipLaw:
+    ...     print(law, f"{steady_travel(response, 0.3, law, 0.7):.6f}")
+    free 0.026336
+    kinetic 0.012092
+    energy 0.023405
+    """
+    onset = float(response.curve.onset(mu0))
+    if np.isnan(onset):
+        raise ArgumentError(f"the tip does not slip at mu0 = {mu0!r}: it is self-locking")
+    slip = Slip(response=response, surface=constant(mu0), law=SlipLaw(law), ratio=kinetic_ratio)
+    return onset - slip.end(onset).x0
 
 
 def until_slips(
