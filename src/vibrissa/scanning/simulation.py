@@ -19,6 +19,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Status, chosen
 from vibrissa.scanning.response import Response
+from vibrissa.scanning.rods import height_at
 from vibrissa.scanning.slip import Flight, Lost, Rest, Slip, SlipLaw
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
@@ -266,7 +267,7 @@ class Scan(Batch):
             return ScannedShapes(s=s, x=none, y=none, phi=none, residual=np.empty(0))
         states, along = self.stage.at(self.clamp, self.lift), self.stage.along(self.clamp)
         offset = self.contact - along
-        height = self.stage.height(self.clamp)
+        height = height_at(self.clamp, self.stage.eta, self.stage.angle)
         x, y, phi = states.shapes(states.clip(sign * self.x0), sign * offset, s)
         x, phi = sign[:, None] * x, np.where(sign[:, None] < 0, np.pi - phi, phi)
         # In line contact only a straight tail ends at the point of the surface that `contact` is.

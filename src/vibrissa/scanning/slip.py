@@ -30,8 +30,6 @@ REVERSALS = 100
 SOUGHT = (0.0, 0.05, 0.25, 1.0)
 # Ends of the parts on a surface with heights (L): a slide is shorter than two rods.
 SOUGHT_ON_TEXTURE = (0.0, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.4, 1.0, 2.0)
-# Longest cell of a slide (L), and degree of the polynomial of the force in a cell.
-LONGEST_CELL, DEGREE = 1e-3, 6
 
 
 class SlipLaw(StrEnum):
@@ -108,11 +106,35 @@ class _Slide(NamedTuple):
     lost: Lost | None = None
 
 
-# Places in a cell, as parts of it, at which the force is computed: not its ends, where friction may
-# jump. `COEFFICIENTS` times the values there are the coefficients of Bernstein polynomials.
-NODES = 0.5 + 0.5 * chebpts1(DEGREE + 1)
-_K, _T = np.arange(DEGREE + 1), NODES[:, None]
-COEFFICIENTS = np.linalg.inv(comb(DEGREE, _K) * _T**_K * (1.0 - _T) ** (DEGREE - _K))
+class Cell(NamedTuple):
+    """How the force is computed in a cell of a slide.
+
+    Attributes
+    ----------
+    longest : float
+        Length of the longest cell (L).
+    nodes : ndarray, shape (n,)
+        Places in a cell, as parts of it, at which the force is computed: not its ends, where
+        friction may jump.
+    coefficients : ndarray, shape (n, n)
+        Times the values there, they are the coefficients of Bernstein polynomials.
+    """
+
+    longest: float
+    nodes: FloatArray
+    coefficients: FloatArray
+
+    @classmethod
+    def of(cls, longest: float, degree: int) -> "Cell":
+        """Cell in which the force is a polynomial of the given degree."""
+        nodes = 0.5 + 0.5 * chebpts1(degree + 1)
+        k, t = np.arange(degree + 1), nodes[:, None]
+        powers = comb(degree, k) * t**k * (1.0 - t) ** (degree - k)
+        return cls(longest, nodes, np.linalg.inv(powers))
+
+
+# Cells for any force, and short ones for the many pieces of a surface of cubic polynomials.
+CELL, SHORT_CELL = Cell.of(1e-3, 6), Cell.of(2e-4, 3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,15 +191,23 @@ class Slip:
         place = f"the clamp at {self.surface.spell(self.clamp)}"
         raise ArgumentError(f"with {place} a slip has over {REVERSALS} slides: take another law")
 
+    @property
+    def _cell(self) -> Cell:
+        texture = self.surface.texture
+        return SHORT_CELL if texture is not None and texture.degree <= 3 else CELL
+
     def _held(self, contact: FloatArray | float) -> Held:
         """Return the states of the rod with the tip at given positions (L)."""
         lift = 0.0 if self.surface.texture is None else self.surface.height(contact)
         return self.stage.states(self.clamp, contact, self.side, lift)
 
-    def _forces(self, contact: FloatArray | float, slope: FloatArray | float) -> ContactForces:
+    def _forces(
+        self, contact: FloatArray | float, *slopes: FloatArray | float
+    ) -> list[ContactForces]:
+        """Resolve the forces on a tip at given positions (L), for each of several slopes."""
         states, x0 = self._held(contact)
         fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
-        return contact_forces(fx, fy, slope)
+        return [contact_forces(fx, fy, slope) for slope in slopes]
 
     def _within(self, contact: float) -> float:
         """Move a tip that a long step has taken out of the computed states to the last of them."""
@@ -191,10 +221,9 @@ class Slip:
 
     def _excesses(self, footing: Footing) -> tuple[float, float]:
         """By how much friction is exceeded forward and backward, up to rounding (E·I0/L²)."""
-        (ahead, before), (behind, after) = (
-            (self._forces(footing.contact, face.slope), face.mu0 * (1.0 + FULL))
-            for face in (footing.ahead, footing.behind)
-        )
+        faces = footing.ahead, footing.behind
+        ahead, behind = self._forces(footing.contact, *(face.slope for face in faces))
+        before, after = (face.mu0 * (1.0 + FULL) for face in faces)
         forward = -ahead.tangential - before * ahead.normal
         return float(forward), float(behind.tangential - after * behind.normal)
 
@@ -210,11 +239,9 @@ class Slip:
         footing = self.surface.footing(contact, self.side)
         if self.law is SlipLaw.FREE:
             # It rests after its flight in a corner, between two faces of which each pushes it back.
-            ahead, behind = (
-                float(self._forces(contact, face.slope).tangential)
-                for face in (footing.ahead, footing.behind)
-            )
-            return behind <= 0.0 <= ahead
+            slopes = footing.ahead.slope, footing.behind.slope
+            ahead, behind = self._forces(contact, *slopes)
+            return float(behind.tangential) <= 0.0 <= float(ahead.tangential)
         return max(self._excesses(footing)) <= 0.0
 
     def _slide(self, contact: float, way: int) -> _Slide:
@@ -274,7 +301,7 @@ class Slip:
     def _breaks(self, contact: float, way: int, begin: float, end: float) -> FloatArray:
         """Distances from a position that divide a part of a slide into cells (L)."""
         onward, surface = self.side * way, self.surface
-        cell = min(LONGEST_CELL, surface.feature)
+        cell = min(self._cell.longest, surface.feature)
         if surface.texture is None:
             states, x0 = self._held(contact)
             kinks = way * (x0 - states.bounds)
@@ -319,14 +346,15 @@ class Slip:
         Both are times 1/cos γ, as functions of the distance along the surface's x (E·I0/L²).
         """
         surface = self.surface
-        place = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
+        cell = self._cell
+        place = breaks[:-1, None] + np.diff(breaks)[:, None] * cell.nodes
         place = contact + self.side * way * place
         slope = 0.0 if surface.texture is None else self.side * surface.slope(place)
-        tangential, normal = self._forces(place, slope)
+        ((tangential, normal),) = self._forces(place, slope)
         driving = -way * tangential
         if self.law is not SlipLaw.FREE:
             driving = driving - self.ratio * surface(place) * normal
-        return tuple(BPoly(COEFFICIENTS @ one.T, breaks) for one in (driving, normal))
+        return tuple(BPoly(cell.coefficients @ one.T, breaks) for one in (driving, normal))
 
     def _stopped(self, contact: float, onward: int, distance: float) -> float:
         """Position of a tip that stops: in the corner where it does, or a little further on."""

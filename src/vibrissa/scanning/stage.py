@@ -14,7 +14,6 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import step_position
 from vibrissa.outcomes import Contact
 from vibrissa.scanning.heights import (
-    HIGHEST,
     LOWEST,
     NARROWEST,
     HeightRange,
@@ -28,6 +27,9 @@ from vibrissa.scanning.textures import Texture
 
 # Largest number of steps; more would fill the memory.
 MOST_STEPS = 10**8
+# Height up to which a rod is solved over the grooves of a surface (L): further on it is almost
+# upright, and its states change fast.
+UPRIGHT = 0.99
 # Part of a step by which a turn may miss a whole number of steps, by rounding in units of L.
 ROUNDED_AWAY = 1e-6
 
@@ -113,7 +115,12 @@ class Stage:
         return np.asarray(np.asarray(clamp) * np.cos(self.angle))
 
     def height(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> FloatArray:
-        """Height of the contact point above the clamp (L), at positions of the clamp."""
+        """Height of the contact point above the clamp (L), at positions of the clamp.
+
+        On a level stage it has the shape of `lift`.
+        """
+        if self.angle == 0.0:
+            return np.asarray(self.eta - np.asarray(lift))
         return height_at(clamp, self.eta, self.angle) - np.asarray(lift)
 
     def reach(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> FloatArray:
@@ -183,5 +190,5 @@ def stage_of(
         check_range(rod, low, high)
         # A little further, so that crests and valleys lie within the range.
         low = max(low - max(texture.high, 0.0) - NARROWEST, LOWEST)
-        high = min(high - min(texture.low, 0.0) + NARROWEST, HIGHEST)
+        high = max(high, min(high - min(texture.low, 0.0) + NARROWEST, UPRIGHT))
     return Stage(rod=respond_over(rod.level(rod.eta), low, high), eta=rod.eta, angle=angle)

@@ -21,10 +21,15 @@ CELLS_PER_WAVE = 20
 POINTS_PER_CORRELATION, CORRELATIONS = 32, 2048
 # Steepest wall of a groove (rad).
 STEEPEST = np.radians(89.9)
-# Number of points of a traced profile in the radius of the tip.
-POINTS_PER_RADIUS = 20
+# Number of points of a traced profile in the radius of the tip, and in a piece of a texture that is
+# no cubic polynomial.
+POINTS_PER_RADIUS, POINTS_PER_PIECE = 20, 10
 # Largest |u|/r at which a ball touches: there its slope is 200.
 RIM = 1.0 - 1.25e-5
+# Distance of points that count as one, in radii of the tip.
+SAME = 1e-9
+# Slope from which on a piece of a traced profile is a wall.
+STEEP = 1.0
 # Halvings in which the place where the ball touches is found.
 HALVINGS = 52
 
@@ -38,8 +43,9 @@ class Texture:
     height, slope : callable
         Map positions (L) to h (L) and to h'. At a kink, the slope is the one to its right.
     breaks : callable
-        Maps two positions to the positions between them that divide h into smooth pieces, each
-        nearly a polynomial of degree 6 or less (L).
+        Maps two positions to the positions between them that divide h into smooth pieces (L).
+    degree : int
+        Degree of a polynomial to which h is equal in each piece, exactly or up to rounding.
     low, high : float
         Bounds of h (L).
     start, stop : float
@@ -51,6 +57,7 @@ class Texture:
     breaks: Callable[[float, float], FloatArray] = field(repr=False)
     low: float
     high: float
+    degree: int = 3
     start: float = -np.inf
     stop: float = np.inf
 
@@ -62,6 +69,7 @@ class Texture:
             breaks=lambda begin, end: np.union1d(self.breaks(begin, end), other.breaks(begin, end)),
             low=self.low + other.low,
             high=self.high + other.high,
+            degree=max(self.degree, other.degree),
             start=max(self.start, other.start),
             stop=min(self.stop, other.stop),
         )
@@ -151,6 +159,7 @@ def wave(amplitude: float, wavelength: float, phase: float = 0.0) -> Texture:
         breaks=lambda begin, end: _multiples(wavelength / CELLS_PER_WAVE, begin, end),
         low=-abs(amplitude),
         high=abs(amplitude),
+        degree=6,
     )
 
 
@@ -203,9 +212,12 @@ def grooves(
     if not 0.0 < wall <= STEEPEST:
         raise ArgumentError(f"grooves: wall must be above 0 and at most 89.9 deg, got {wall!r} rad")
     rise = float(np.tan(wall))
-    ramp = min(depth / rise, 0.5 * width)
-    depth = min(depth, ramp * rise)
-    corners = np.unique([0.0, ramp, width - ramp, width])
+    ramp = depth / rise
+    if 2.0 * ramp < width:
+        corners = np.array([0.0, ramp, width - ramp, width])
+    else:
+        depth = 0.5 * width * rise
+        corners = np.array([0.0, 0.5 * width, width])
     heights = np.where((corners == 0.0) | (corners == width), 0.0, -depth)
     slopes = np.append(np.diff(heights) / np.diff(corners), 0.0)
 
@@ -253,7 +265,7 @@ def rough(deviation: float, correlation: float, seed: int = 0) -> Texture:
     number = 2.0 * np.pi * np.arange(count // 2 + 1) / CORRELATIONS
     size = np.exp(-0.25 * number**2)
     size[0] = 0.0
-    size *= deviation * count / np.sqrt(2.0 * (size**2).sum())
+    size *= 0.5 * deviation * count / np.sqrt((size**2).sum())
     parts = generator.standard_normal((2, len(size)))
     values = np.fft.irfft(size * (parts[0] + 1j * parts[1]), count)
     x = np.arange(count + 1) * (correlation / POINTS_PER_CORRELATION)
@@ -335,11 +347,14 @@ def _traced(texture: Texture, radius: float, start: float, stop: float) -> Textu
     """Trace a texture with a disc between two positions (L)."""
     first, last = max(start - radius, texture.start), min(stop + radius, texture.stop)
     count = int(np.ceil((last - first) * POINTS_PER_RADIUS / radius))
+    breaks = np.concatenate([[first], texture.breaks(first, last), [last]])
+    parts = POINTS_PER_PIECE if texture.degree > 3 else 1
+    within = np.interp(np.arange(parts * (len(breaks) - 1)) / parts, np.arange(len(breaks)), breaks)
     support = np.unique(
-        np.concatenate(
-            [np.linspace(first, last, count + 1), texture.breaks(first, last), [start, stop]]
-        )
+        np.concatenate([np.linspace(first, last, count + 1), within, [start, stop]])
     )
+    # Positions that differ by rounding are one.
+    support = support[np.diff(support, prepend=-np.inf) > SAME * radius]
     heights = texture.height(support)
     x = support[(support >= start) & (support <= stop)]
     best = _highest(support, heights, x, radius)
@@ -350,6 +365,8 @@ def _traced(texture: Texture, radius: float, start: float, stop: float) -> Textu
     jump = np.flatnonzero(best[1:] > best[:-1] + 2)
     if len(jump):
         at = _met(texture, radius, x[jump], x[jump + 1], touched[jump], touched[jump + 1])
+        inside = (at > x[jump]) & (at < x[jump + 1])
+        jump, at = jump[inside], at[inside]
         sides = [
             _touched(texture, radius, at, low[jump + side], high[jump + side]) for side in (0, 1)
         ]
@@ -439,12 +456,16 @@ def _met(
 def _hermite(x: FloatArray, values: FloatArray, left: FloatArray, right: FloatArray) -> Texture:
     """Piecewise cubic texture with given values, and slopes on the left and right of each point.
 
-    The slopes are cut to three times the mean slope of a piece, so that no piece overshoots.
+    On steep walls, slopes are cut to three times the mean slope, so that no piece overshoots.
     """
     width = np.diff(x)
     mean = np.diff(values) / width
     begin, end = (
-        np.sign(mean) * np.clip(np.sign(mean) * one, 0.0, 3.0 * np.abs(mean))
+        np.where(
+            np.abs(one) > STEEP,
+            np.sign(mean) * np.clip(np.sign(mean) * one, 0.0, 3.0 * np.abs(mean)),
+            one,
+        )
         for one in (right[:-1], left[1:])
     )
     coefficients = np.stack(

@@ -174,7 +174,7 @@ class Tip:
                 behind.mu0 * after.normal - after.tangential,
                 states.x0_end - x0,
                 x0 - states.x0_pull,
-                self.stage.reach(clamp, self.footing.lift),
+                np.broadcast_to(self.stage.reach(clamp, self.footing.lift), x0.shape),
             ]
         )
 
