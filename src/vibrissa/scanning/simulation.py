@@ -374,7 +374,7 @@ def simulate(
         step, until = tip.end(path, at)
         if step == len(path):
             break
-        margin, past_lock = tip.exit(until)
+        margin, locked = tip.exit(until)
         if margin is Margin.END and stage.rod.swings:
             swing = swing or _message(SWINGS, tip, until, float(positions[step]), spell)
             # After lateral buckling the tip is at its mirror image about the clamp: on a surface
@@ -391,7 +391,7 @@ def simulate(
         elif margin is Margin.END and isinstance(stage.rod, Response) and not stage.rod.whole:
             outcome, message = Outcome(stage.rod.curve.status), stage.rod.curve.message
             break
-        elif margin is Margin.END or (past_lock and margin is Margin.BACKWARD):
+        elif margin is Margin.END or (locked and margin is Margin.BACKWARD):
             outcome = Outcome.LOCK
             message = _message(STAYS, tip, until, float(positions[step - 1]), spell)
             break

@@ -85,6 +85,12 @@ class Rest(NamedTuple):
     contact, x0 : float
         Position of the tip, and displacement from the α = 0 state (L); if the slip is lost, those
         at which it is.
+    released : float
+        Elastic energy that the rod and its mounting lose: the work of the tangential force
+        (E·I0/L). NaN if the slip is lost, or the tip flies in it.
+    dissipated : float
+        Work against kinetic friction (E·I0/L). NaN also under the law ``free``, which has no
+        kinetic friction.
     lost : Lost or None
         None if the tip comes to rest.
     flights : tuple of Flight
@@ -94,16 +100,35 @@ class Rest(NamedTuple):
 
     contact: float
     x0: float
+    released: float = np.nan
+    dissipated: float = np.nan
     lost: Lost | None = None
     flights: tuple[Flight, ...] = ()
 
 
 class _Slide(NamedTuple):
-    """A slide in one direction: where it ends, where the tip lifted off, and whether it is lost."""
+    """A slide in one direction: where it ends, its energies, and whether it is lost.
+
+    `lifts` is where the tip lifted off; then it landed at `contact`.
+    """
 
     contact: float
+    released: float = np.nan
+    dissipated: float = np.nan
     lifts: float | None = None
     lost: Lost | None = None
+
+
+class _Forces(NamedTuple):
+    """Forces along a part of a slide, times 1/cos γ, as functions of its distance (E·I0/L²).
+
+    `driving` is the tangential force in the direction of the slide, `friction` the kinetic friction
+    that opposes it, and `normal` the normal force.
+    """
+
+    driving: BPoly
+    friction: BPoly
+    normal: BPoly
 
 
 class Cell(NamedTuple):
@@ -133,6 +158,8 @@ class Cell(NamedTuple):
         return cls(longest, nodes, np.linalg.inv(powers))
 
 
+# Number of places at which a state with α = 0 is sought before a free slip on a plane.
+LOOKS = 257
 # Cells for any force, and short ones for the many pieces of a surface of cubic polynomials.
 CELL, SHORT_CELL = Cell.of(1e-3, 6), Cell.of(2e-4, 3)
 
@@ -174,22 +201,46 @@ class Slip:
         ArgumentError
             If the tip reaches an unknown part of the surface, or slides to and fro for too long.
         """
-        if self.law is SlipLaw.FREE and self.surface.texture is None:
-            states = self.stage.at(self.clamp)
-            return Rest(states.contact(float(self.stage.along(self.clamp)), 0.0, self.side), 0.0)
         contact = self._within(contact)
+        if self.law is SlipLaw.FREE and self._returns(contact):
+            states, begin = self._held(contact)
+            rest = states.contact(float(self.stage.along(self.clamp)), 0.0, self.side)
+            return Rest(contact=rest, x0=0.0, released=self._released(contact, float(begin)))
+        released, dissipated = 0.0, 0.0
         flights: tuple[Flight, ...] = ()
         for _ in range(REVERSALS):
             slide = self._slide(contact, self._way(contact))
             contact, x0 = slide.contact, float(self._held(slide.contact).x0)
             if slide.lost is not None:
-                return Rest(contact, x0, slide.lost, flights)
+                return Rest(contact=contact, x0=x0, lost=slide.lost, flights=flights)
+            released, dissipated = released + slide.released, dissipated + slide.dissipated
             if slide.lifts is not None:
                 flights = (*flights, Flight(lifts=slide.lifts, lands=contact))
             if self._settled(contact, slide):
-                return Rest(contact, x0, None, flights)
+                if self.law is SlipLaw.FREE:
+                    dissipated = np.nan
+                return Rest(contact, x0, released, dissipated, flights=flights)
         place = f"the clamp at {self.surface.spell(self.clamp)}"
         raise ArgumentError(f"with {place} a slip has over {REVERSALS} slides: take another law")
+
+    def _returns(self, contact: float) -> bool:
+        """Whether a free slip on a plane ends in the state x0 = 0.
+
+        A pushed tip that was pushed back before meets another state with α = 0 on its way.
+        """
+        if self.surface.texture is not None:
+            return False
+        states, x0 = self._held(contact)
+        between = states.demand(np.linspace(0.0, float(x0), LOOKS)[1:])
+        return not (x0 > 0.0 and between.min() < 0.0)
+
+    def _released(self, contact: float, x0: float) -> float:
+        """Elastic energy that is released on the way to the state x0 = 0 on a plane (E·I0/L)."""
+        if x0 == 0.0:
+            return 0.0
+        way = 1 if x0 > 0.0 else -1
+        breaks = np.unique(np.append(0.0, self._breaks(contact, way, 0.0, abs(x0))))
+        return float(self._balance(contact, way, breaks).driving.integrate(0.0, abs(x0)))
 
     @property
     def _cell(self) -> Cell:
@@ -246,23 +297,28 @@ class Slip:
 
     def _slide(self, contact: float, way: int) -> _Slide:
         """Follow a slide in one direction to its end."""
-        onward, energy = self.side * way, 0.0
+        onward, released, dissipated = self.side * way, 0.0, 0.0
         for begin, end in pairwise(self._sought(contact, way)):
             breaks, lost = self._computed(contact, way, self._breaks(contact, way, begin, end))
-            left, normal = self._balance(contact, way, breaks)
+            driving, friction, normal = self._balance(contact, way, breaks)
+            left = BPoly(driving.c - friction.c, breaks)
             if self.law is SlipLaw.ENERGY:
                 left = left.antiderivative()
-                left = BPoly(left.c + energy, left.x)
-                energy = float(left(left.x[-1]))
-            stop = first_fall(left)
+                left = BPoly(left.c + released - dissipated, breaks)
+            elif self.law is SlipLaw.FREE:
+                left = driving
+            stop, lifts = first_fall(left), np.nan
             if self.surface.texture is not None:
                 lifts = first_fall(normal)
-                if np.isfinite(lifts) and not stop <= lifts:
-                    return self._landing(contact, way, lifts)
+            if np.isfinite(lifts) and not stop <= lifts:
+                return self._landing(contact, way, lifts)
+            last = stop if np.isfinite(stop) else float(breaks[-1])
+            released += float(driving.integrate(breaks[0], last))
+            dissipated += float(friction.integrate(breaks[0], last))
             if np.isfinite(stop):
-                return _Slide(self._stopped(contact, onward, stop))
+                return _Slide(self._stopped(contact, onward, stop), released, dissipated)
             if lost is not None:
-                return _Slide(contact + onward * float(breaks[-1]), lost=lost)
+                return _Slide(contact + onward * last, lost=lost)
         # The surface is not known further on, or the rod has no further states.
         self.surface(contact + onward * self._longest(contact, way))
         return _Slide(contact + onward * end, lost=Lost.BENT)
@@ -275,7 +331,7 @@ class Slip:
             if end <= begin:
                 continue
             breaks, lost = self._computed(contact, way, self._breaks(contact, way, begin, end))
-            _, normal = self._balance(contact, way, breaks)
+            normal = self._balance(contact, way, breaks).normal
             lands = first_fall(BPoly(-normal.c, normal.x))
             if np.isfinite(lands):
                 return _Slide(self._stopped(contact, onward, lands), lifts=off)
@@ -340,21 +396,21 @@ class Slip:
         kept = breaks[: last + 1]
         return np.append(kept[kept < end], end), (Lost.BENT, Lost.DEEP)[row]
 
-    def _balance(self, contact: float, way: int, breaks: FloatArray) -> tuple[BPoly, BPoly]:
-        """Tangential force that drives a slide, less kinetic friction, and normal force.
-
-        Both are times 1/cos γ, as functions of the distance along the surface's x (E·I0/L²).
-        """
+    def _balance(self, contact: float, way: int, breaks: FloatArray) -> _Forces:
+        """Compute the forces along a part of a slide."""
         surface = self.surface
         cell = self._cell
         place = breaks[:-1, None] + np.diff(breaks)[:, None] * cell.nodes
         place = contact + self.side * way * place
         slope = 0.0 if surface.texture is None else self.side * surface.slope(place)
         ((tangential, normal),) = self._forces(place, slope)
-        driving = -way * tangential
-        if self.law is not SlipLaw.FREE:
-            driving = driving - self.ratio * surface(place) * normal
-        return tuple(BPoly(cell.coefficients @ one.T, breaks) for one in (driving, normal))
+        friction = self.ratio * surface(place) * normal
+        return _Forces(
+            *(
+                BPoly(cell.coefficients @ one.T, breaks)
+                for one in (-way * tangential, friction, normal)
+            )
+        )
 
     def _stopped(self, contact: float, onward: int, distance: float) -> float:
         """Position of a tip that stops: in the corner where it does, or a little further on."""

@@ -78,10 +78,14 @@ class EndOfSticking(NamedTuple):
 
 
 class Exit(NamedTuple):
-    """How sticking ends: which margin is used up, and whether x0 > x0_lock."""
+    """How sticking ends: which margin is used up, and whether the tip has locked.
+
+    On a plane a tip has locked if the clamp pushes it (x0 > 0) until it slips backward; on a slope
+    a pushed tip may slip backward before, down the slope, until −tan α is largest (x0 > x0_lock).
+    """
 
     margin: Margin
-    past_lock: bool
+    locked: bool
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -182,7 +186,8 @@ class Tip:
         """Return how sticking ends at a clamp position."""
         states, x0 = self.held(clamp)
         least = Margin(int(np.argmin(self.margins(clamp))))
-        return Exit(margin=least, past_lock=bool(x0 > states.x0_lock))
+        past = states.x0_lock if self.footing.behind.slope else 0.0
+        return Exit(margin=least, locked=bool(x0 > past))
 
     def end(self, path: ClampPath, clamp: float) -> EndOfSticking:
         """Find the first step at which the tip no longer sticks.

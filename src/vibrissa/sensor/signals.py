@@ -62,6 +62,13 @@ class Signals(Tabular):
             "contact": Column(truth.contact * unit, length, "position of the tip"),
             "x0": Column(truth.x0 * unit, length, "clamp displacement from the alpha = 0 state"),
             "mu0": Column(truth.mu0, "1", "static friction under the tip"),
+            "height": Column(truth.lift * unit, length, "height of the surface under the tip"),
+            "inclination": Column(truth.inclination, "rad", "of the surface; < 0 where it rises"),
+            "apparent_friction": Column(
+                np.abs(truth.reactions[:, 0] / truth.reactions[:, 1]),
+                "1",
+                "|force_x/force_y| without noise",
+            ),
             "period": Column(truth.period, "1", "number of the period of sticking"),
             "phase": Column(truth.phase, "", ", ".join(TipPhase)),
             "side": Column(truth.side, "", "where the tip is: " + " or ".join(TipSide)),
@@ -76,6 +83,7 @@ def scan(
     to: Quantity | Sequence[Quantity],
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
+    tip_radius: Quantity = 0,
 ) -> Signals:
     """Move the clamp over a surface and record the signals.
 
@@ -91,6 +99,8 @@ def scan(
         Where a slip ends.
     kinetic_ratio : float
         μk/μ0, for the laws ``kinetic`` and ``energy``.
+    tip_radius : str or number
+        Radius of a ball at the tip, which traces the heights of the surface.
 
     Returns
     -------
@@ -107,9 +117,15 @@ def scan(
         units.read_positive(step, Kind.LENGTH, "step"),
         [units.read(turn, Kind.LENGTH, "to") for turn in np.array(to, dtype=object).ravel()],
     )
+    surface = replace(surface, spell=whisker.spell)
+    radius = float(units.read(tip_radius, Kind.LENGTH, "tip_radius"))
+    if surface.texture is not None:
+        # The tip is not further from the clamp than a rod's length.
+        begin, end = float(positions.min()) - 1.0, float(positions.max()) + 1.0
+        surface = surface.with_texture(surface.texture.traced(radius, begin, end))
     truth = simulate(
-        whisker.stage(positions),
-        replace(surface, spell=whisker.spell),
+        whisker.stage(positions, surface.texture),
+        surface,
         positions,
         law,
         kinetic_ratio,
