@@ -109,9 +109,11 @@ class SlipLaw(StrEnum):
     Attributes
     ----------
     FREE
-        At α = 0, where no friction is needed (the paper's assumption).
+        Where the tangential force is 0, so that no friction is needed: on a plane at α = 0 (the
+        paper's assumption).
     KINETIC
-        Where |tan α| = μk: the tip slides so slowly that inertia plays no part.
+        Where the tangential force is μk times the normal force: the tip slides so slowly that
+        inertia plays no part.
     ENERGY
         Where kinetic friction has dissipated the released bending energy, at zero velocity.
     """

@@ -76,7 +76,30 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
     assert counts == pytest.approx(np.round(counts), abs=1e-9)
 
 
+def test_scan_over_measured_heights_with_a_ball_at_the_tip(tmp_path):
+    heights, out = tmp_path / "heights.csv", tmp_path / "scan.parquet"
+    x = np.linspace(0.0, 200.0, 401)
+    rows = zip(x, 20.0 * np.sin(np.pi * x), strict=True)
+    heights.write_text("x [mm],height [um]\n" + "".join(f"{a},{b}\n" for a, b in rows))
+    where = ["--mu0", "0.3", "--step", "100 um", "--to", "5 mm"]
+    textured = ["--heights", heights, "--tip-radius", "50 um"]
+    assert run("scan", *WHISKER, *ROD, *where, *textured, "-o", out).exit_code == 0
+    table = pq.read_table(out).to_pandas()
+    assert (table["height"].between(-20e-6, 20e-6)).all()
+    ratio = (table["force_x"] / table["force_y"]).abs()
+    assert ratio.to_numpy() == pytest.approx(table["apparent_friction"].to_numpy())
+    # It needs friction and slope together, and has no more of both.
+    alpha = -np.arctan(table["force_x"] / table["force_y"])
+    assert (np.tan(np.abs(alpha - table["inclination"])) < 0.3 + 1e-9).all()
+
+
 MISTAKES = """
+scan WHISKER --mu0 0.3 --step 0.1 --to 1 -o x.csv --wave 0.1
+scan WHISKER --mu0 0.3 --step 0.1 --to 1 -o x.csv --grooves '0.02, 0.001, 0.01'
+scan WHISKER --mu0 0.3 --step 0.1 --to 1 -o x.csv --heights no.csv
+scan WHISKER --mu0 0.3 --step 0.1 --to 1 -o x.csv --wave '0.001, 0.02' --tip-radius '-1'
+scan WHISKER --mu0 0.3 --step 0.1 --to 1 -o x.csv --wave '0.001, 0.02' --contact line
+scan WHISKER --mu0 0.3 --step 0.1 --to 1 -o x.csv --lay '30 deg'
 solve WHISKER --mu0 much
 solve WHISKER --mu0 -1
 solve WHISKER --mu0 0.3 --length '1 m'

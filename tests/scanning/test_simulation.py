@@ -16,8 +16,8 @@ from vibrissa.quantities.units import Units
 from vibrissa.scanning import surfaces
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.simulation import Outcome, TipPhase, TipSide, simulate
-from vibrissa.scanning.slip import Rest, Slip, SlipLaw
-from vibrissa.scanning.stage import path
+from vibrissa.scanning.slip import Slip, SlipLaw
+from vibrissa.scanning.stage import Stage, path
 from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.surface_texts import read_surface
 from vibrissa.sticking.piece import NO_PIECES
@@ -63,7 +63,8 @@ def test_friction_is_never_exceeded_and_would_be_without_the_slip(response, law)
 
 
 def slip_of(response, mu0, law, ratio):
-    return Slip(response=response, surface=surfaces.constant(mu0), law=law, ratio=ratio)
+    stage = Stage(rod=response, eta=response.curve.eta)
+    return Slip(stage=stage, surface=surfaces.constant(mu0), law=law, ratio=ratio)
 
 
 @pytest.mark.parametrize("mu0", [0.1, 0.4])
@@ -72,14 +73,16 @@ def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
     pulled = brentq(lambda x0: response(x0) @ [1.0, mu0, 0.0], response.x0_pull, 0.0, xtol=1e-14)
     for start, end in ((onset + 0.01, onset), (1.2 * pulled, pulled)):
         slip = slip_of(response, mu0, SlipLaw.KINETIC, 1.0)
-        assert slip.end(start).x0 == pytest.approx(end, abs=1e-9)
+        rest = slip.end(response.contact(0.0, start, 1))
+        assert rest.x0 == pytest.approx(end, abs=1e-9)
+        assert rest.contact == pytest.approx(response.contact(0.0, end, 1), abs=1e-9)
 
 
 def test_a_slip_that_goes_to_and_fro_too_often_is_refused_with_its_place(response, monkeypatch):
-    monkeypatch.setattr(Slip, "_slide", lambda self, x0: Rest(-x0, 0.0, 0.0))
+    monkeypatch.setattr(Slip, "_settled", lambda self, contact, slide: False)
     slip = replace(slip_of(response, 0.1, SlipLaw.ENERGY, 0.5), clamp=0.25)
     with pytest.raises(ArgumentError, match=r"the clamp at 0\.25 L a slip has over 100 slides"):
-        slip.end(0.02)
+        slip.end(response.contact(0.25, 0.02, 1))
 
 
 def released(response, start, rest):

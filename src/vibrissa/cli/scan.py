@@ -11,7 +11,7 @@ from vibrissa.cli.warnings import material_of, warn, with_modulus
 from vibrissa.scanning import SlipLaw
 from vibrissa.scanning.simulation import TipSide
 from vibrissa.sensor import Setup
-from vibrissa.sensor.surface_texts import read_surface
+from vibrissa.sensor.surface_texts import read_heights, read_surface
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
 
@@ -38,7 +38,23 @@ def scan(
     texture: Annotated[
         str | None, option("Random friction: 'mean, deviation, correlation length'.", SURFACE)
     ] = None,
-    seed: Annotated[int, option("Seed of the texture and of the noise.", SURFACE, min=0)] = 0,
+    heights: Annotated[
+        Path | None, option("Measured heights: a table with columns x and height.", SURFACE)
+    ] = None,
+    wave: Annotated[str | None, option("Wavy heights: 'amplitude, wavelength'.", SURFACE)] = None,
+    grooves: Annotated[
+        str | None, option("Grooves: 'width, depth, pitch, angle of the walls'.", SURFACE)
+    ] = None,
+    rough: Annotated[
+        str | None, option("Random heights: 'deviation, correlation length'.", SURFACE)
+    ] = None,
+    lay: Annotated[
+        str | None, option("Angle of the motion to the direction across the grooves.", SURFACE)
+    ] = None,
+    tip_radius: Annotated[
+        str, option("Radius of a ball at the tip, which traces the heights.", SURFACE)
+    ] = "0",
+    seed: Annotated[int, option("Seed of random surfaces and of the noise.", SURFACE, min=0)] = 0,
     law: Annotated[
         SlipLaw, option(f"Where a slip ends: {see_page('Simulate a sensor')}.", MOTION)
     ] = SlipLaw.FREE,
@@ -49,22 +65,36 @@ def scan(
     """Move the clamp over a surface and write the signals, step by step.
 
     A sensor would record the columns `footpoint`, `force_x`, `force_y` and `moment_z`. The other
-    columns of the table are known only in a simulation: position of the tip, x0, friction under the
-    tip, period and phase.
+    columns of the table are known only in a simulation: position of the tip, x0, friction, height
+    and inclination under the tip, period and phase.
     """
     setup = with_modulus(setup)
     whisker, material = setup.whisker, material_of(setup)
     surface = read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )
+    relief = read_heights(
+        whisker.units, heights=heights, wave=wave, grooves=grooves, rough=rough, lay=lay, seed=seed
+    )
+    if relief is not None:
+        surface = surface.with_texture(relief)
     # A wrong name is refused before any work.
     transducer = setup.transducer and transducer_of(setup.transducer, whisker.units)
-    signals = sensor.scan(whisker, surface, step=step, to=to, law=law, kinetic_ratio=kinetic_ratio)
+    signals = sensor.scan(
+        whisker,
+        surface,
+        step=step,
+        to=to,
+        law=law,
+        kinetic_ratio=kinetic_ratio,
+        tip_radius=tip_radius,
+    )
     if transducer:
         signals = signals.measured(transducer, seed)
     hand_out(signals, f"{output}: {signals}", output)
     # The rod bends most at its least height.
-    lowest = whisker.level(float(whisker.height(signals.truth.clamp).min()))
+    truth = signals.truth
+    lowest = whisker.level(float((whisker.height(truth.clamp) - truth.lift).min()))
     # A tip behind the clamp has the mirror image of a state whose x0 has the other sign.
     x0 = np.where(signals.truth.side == TipSide.BEHIND, -1.0, 1.0) * signals.truth.x0
     warn(lowest, float(x0.max()), material, float(x0.min()))

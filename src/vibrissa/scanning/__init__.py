@@ -9,6 +9,7 @@ from vibrissa.lazy import attached
 
 if TYPE_CHECKING:
     from vibrissa.scanning import surfaces as surfaces
+    from vibrissa.scanning import textures as textures
     from vibrissa.scanning.cycles import move as move
     from vibrissa.scanning.cycles import stages as stages
     from vibrissa.scanning.cycles import stick_slip as stick_slip
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from vibrissa.scanning.stage import path as path
     from vibrissa.scanning.stage import stage_of as stage_of
     from vibrissa.scanning.surfaces import Surface as Surface
+    from vibrissa.scanning.textures import Texture as Texture
 
 __getattr__, __all__ = attached(
     __name__,
@@ -33,5 +35,6 @@ __getattr__, __all__ = attached(
         "stage": "path stage_of",
         # Last, as the reference documents the members of a module where it is listed.
         "surfaces": "Surface surfaces",
+        "textures": "Texture textures",
     },
 )

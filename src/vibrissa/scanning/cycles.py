@@ -157,8 +157,9 @@ def steady_travel(
     onset = float(response.curve.onset(mu0))
     if np.isnan(onset):
         raise ArgumentError(f"the tip does not slip at mu0 = {mu0!r}: it is self-locking")
-    slip = Slip(response=response, surface=constant(mu0), law=SlipLaw(law), ratio=kinetic_ratio)
-    return onset - slip.end(onset).x0
+    stage = Stage(rod=response, eta=response.curve.eta)
+    slip = Slip(stage=stage, surface=constant(mu0), law=SlipLaw(law), ratio=kinetic_ratio)
+    return onset - slip.end(response.contact(0.0, onset, 1)).x0
 
 
 def until_slips(

@@ -11,6 +11,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.scanning.slip import Rest
 from vibrissa.scanning.stage import Stage
+from vibrissa.scanning.surfaces import Footing
 from vibrissa.scanning.tip import Tip
 
 
@@ -52,8 +53,8 @@ class Period(NamedTuple):
     ends_by : EndsBy
     clamp : float
         Clamp position during the slip (L); NaN without a slip.
-    contact : float
-        Position of the tip after the slip (L); NaN if it did not come to rest.
+    footing : Footing or None
+        Place of the tip after the slip; None if it did not come to rest.
     rest : Rest or None
         Where the slip ends, and its energies; None if the tip did not come to rest.
     """
@@ -63,7 +64,7 @@ class Period(NamedTuple):
     until: float
     ends_by: EndsBy
     clamp: float = np.nan
-    contact: float = np.nan
+    footing: Footing | None = None
     rest: Rest | None = None
 
 
@@ -143,10 +144,12 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
     side = np.array([tip.side for tip in tips], dtype=np.int64)
     contact = np.array([tip.contact for tip in tips])
     slip = np.array([end.clamp for end in ends])
-    rests = [end.rest or Rest(np.nan, np.nan, np.nan) for end in ends]
+    rests = [end.rest or Rest(contact=np.nan, x0=np.nan) for end in ends]
     x0_rest = np.array([rest.x0 for rest in rests])
-    contact_rest = np.array([end.contact for end in ends])
-    at_onset = _held(tips, onset, contact, side)
+    contact_rest = np.array([rest.contact for rest in rests])
+    lift = np.array([tip.footing.lift for tip in tips])
+    lift_rest = np.array([end.footing.lift if end.footing else np.nan for end in ends])
+    at_onset = _held(tips, onset, contact, side, lift)
     return Periods(
         period=np.arange(1, len(ends) + 1),
         begin=clamp[begin],
@@ -162,7 +165,7 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
         x0_onset=side * at_onset.x0,
         x0_rest=side * x0_rest + 0.0,  # no −0
         loads_onset=at_onset.loads,
-        loads_rest=_held(tips, slip, contact_rest, side, x0_rest).loads,
+        loads_rest=_held(tips, slip, contact_rest, side, lift_rest, x0_rest).loads,
         released=np.array([rest.released for rest in rests]),
         dissipated=np.array([rest.dissipated for rest in rests]),
         ends_by=np.array([end.ends_by for end in ends], dtype=np.str_),
@@ -181,6 +184,7 @@ def _held(
     clamp: FloatArray,
     contact: FloatArray,
     side: IntArray,
+    lift: FloatArray,
     x0: FloatArray | None = None,
 ) -> _Held:
     """Displacement and loads at clamp positions; NaN where the position is NaN."""
@@ -189,7 +193,7 @@ def _held(
     if not len(known):
         return found
     stage: Stage = tips[0].stage
-    states, held = stage.states(clamp[known], contact[known], side[known])
+    states, held = stage.states(clamp[known], contact[known], side[known], lift[known])
     held = held if x0 is None else x0[known]
     sign = side[known]
     mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)

@@ -1,6 +1,7 @@
 """A scan: the clamp moves in steps over a surface, and the tip sticks and slips.
 
-At the first step at which |tan α| > μ0 the tip slips while the clamp rests. A self-locking tip
+At the first step at which |tan(α − γ)| > μ0, for the inclination γ of the surface, the tip slips
+while the clamp rests. A self-locking tip
 sticks until the rod, if it is round, buckles laterally. After that the clamp drags the tip: the
 states of the rod are mirror images of states in which the tip is ahead of the clamp.
 """
@@ -20,16 +21,18 @@ from vibrissa.outcomes import Status, chosen
 from vibrissa.scanning.periods import EndsBy, Period, Periods, periods_of
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import height_at
-from vibrissa.scanning.slip import Rest, Slip, SlipLaw
+from vibrissa.scanning.slip import Flight, Lost, Rest, Slip, SlipLaw
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.tip import ClampPath, Margin, Tip
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.reading import mirrored
+from vibrissa.wording import counted
 
 # Decimals of a difference of positions (L).
 DECIMALS = 15
-LOCKS = "the tip locks at x = {x}, where mu0 = {mu0:.6g} and mu_lock = {mu_lock:.6g}; "
+LOCKS = "the tip locks at x = {x}, where mu0 = {mu0:.6g}{slope} and mu_lock = {mu_lock:.6g}; "
+SLOPE = " on a slope of {angle:.4g} deg"
 SWINGS = (
     LOCKS + "with the clamp at {clamp} the rod buckles laterally, and its tip is dragged behind"
 )
@@ -39,6 +42,27 @@ STAYS = LOCKS + (
 LOST = (
     "the slip from x = {x}, with the clamp at {clamp}, releases so much energy that the tip lifts "
     "off the surface, or the rod is bent beyond its computed states"
+)
+LOST_ON_TEXTURE = {
+    Lost.LIFTS: (
+        "in the slip from x = {x}, with the clamp at {clamp}, the tip lifts off the surface at "
+        "x = {at}, and nowhere ahead does the surface push it"
+    ),
+    Lost.BENT: (
+        "in the slip from x = {x}, with the clamp at {clamp}, the rod comes to the end of its "
+        "computed states at x = {at}"
+    ),
+    Lost.DEEP: (
+        "in the slip from x = {x}, with the clamp at {clamp}, the tip comes at x = {at} to a "
+        "height that the rod does not reach"
+    ),
+}
+LEAVES = (
+    "with the clamp at {clamp}, the tip at x = {x} comes to a height that the rod does not reach"
+)
+FLIES = (
+    "{times} in a slip the tip lifts off, first at x = {lifts}; the flight is not computed, and "
+    "the tip is taken to land where the surface pushes it again, first at x = {lands}"
 )
 
 
@@ -85,7 +109,8 @@ class Outcome(StrEnum):
         the tip, and the tip lifted off the surface; or the clamp had pulled the tip, and the tip
         came to the last computed state in which the clamp pushes it.
     OUT_OF_REACH
-        The rod has no states, or the stage takes it to a height at which it has none.
+        The rod has no states, or the stage or the surface takes it to a height at which it has
+        none.
     FAILED
         The states of the rod could not be computed.
     """
@@ -117,6 +142,9 @@ class Scan(Batch):
         `contact`, the same `side`, and the same height of the surface above the clamp.
     mu0 : ndarray, shape (n,)
         Coefficient of static friction at the contact point.
+    lift, inclination : ndarray, shape (n,)
+        Height h of the surface at the contact point (L), and its inclination γ = −atan h' (rad),
+        positive where the surface falls along the scan; at a kink that of the face ahead.
     period : ndarray of int, shape (n,)
         Number of the period of sticking, from 1. The step of a slip is the first of a new period.
     phase, side : ndarray of str, shape (n,)
@@ -132,6 +160,8 @@ class Scan(Batch):
     contact: FloatArray
     x0: FloatArray
     mu0: FloatArray
+    lift: FloatArray
+    inclination: FloatArray
     period: IntArray
     phase: StrArray
     side: StrArray
@@ -149,6 +179,8 @@ class Scan(Batch):
             contact=numbers,
             x0=numbers,
             mu0=numbers,
+            lift=numbers,
+            inclination=numbers,
             period=np.empty(0, dtype=np.int64),
             phase=texts,
             side=texts,
@@ -195,7 +227,7 @@ class Scan(Batch):
         """Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L), shape (n, 3)."""
         if self.stage is None:
             return np.empty((0, 3))
-        states = self.stage.at(self.clamp)
+        states = self.stage.at(self.clamp, self.lift)
         sign = self._sign
         mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
         return np.asarray(states(states.clip(sign * self.x0)) * mirror)
@@ -205,7 +237,7 @@ class Scan(Batch):
         """States of the rod; their x0 is the clamp's displacement since α = 0, as in `since`."""
         if self.stage is None:
             return StickingState.unknown(0)
-        states, sign = self.stage.at(self.clamp), self._sign
+        states, sign = self.stage.at(self.clamp, self.lift), self._sign
         found = states.state(states.clip(sign * self.x0))
         behind = np.flatnonzero(sign < 0)
         loads = mirrored(found.take(behind), 0.0)
@@ -245,13 +277,13 @@ class Scan(Batch):
         if self.stage is None:
             none = np.empty((0, points))
             return ScannedShapes(s=s, x=none, y=none, phi=none, residual=np.empty(0))
-        states, along = self.stage.at(self.clamp), self.stage.along(self.clamp)
+        states, along = self.stage.at(self.clamp, self.lift), self.stage.along(self.clamp)
         offset = self.contact - along
         height = height_at(self.clamp, self.stage.eta, self.stage.angle)
         x, y, phi = states.shapes(states.clip(sign * self.x0), sign * offset, s)
         x, phi = sign[:, None] * x, np.where(sign[:, None] < 0, np.pi - phi, phi)
         # In line contact only a straight tail ends at the point of the surface that `contact` is.
-        residual = np.hypot(x[:, -1] - offset, y[:, -1] - height)
+        residual = np.hypot(x[:, -1] - offset, y[:, -1] - (height - self.lift))
         return ScannedShapes(
             s=s,
             x=along[:, None] + x,
@@ -327,78 +359,105 @@ def simulate(
     if not 0.0 < kinetic_ratio <= 1.0:
         raise ArgumentError(f"kinetic_ratio must be above 0 and at most 1, got {kinetic_ratio!r}")
     stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
+    if surface.texture is not None and isinstance(stage.rod, Response):
+        raise ArgumentError(
+            "on a surface with heights the rod must be solved over a range of heights: make its "
+            "stage by stage_of(rod, positions, texture=...)"
+        )
     at, spell = float(positions[0]), surface.spell
     start = stage.at(at)
     retracts = law is SlipLaw.ENERGY or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
-    if retracts and start.x0_pull == 0.0:
+    if (retracts or surface.texture is not None) and start.x0_pull == 0.0:
         raise ArgumentError(
             "states in which the clamp is pulled back (x0 < 0) could not be solved. The law "
-            "'energy' needs them, and so does a path backward or away from the surface: choose "
-            "another path or law"
+            "'energy' needs them, and so does a path backward or away from the surface, and a "
+            "surface with heights: choose another path or law"
         )
     path, outcome, message = ClampPath.through(positions), Outcome.COMPLETE, ""
+    slip = Slip(stage=stage, surface=surface, law=law, ratio=kinetic_ratio, clamp=at)
     contact = start.contact(float(stage.along(at)), 0.0, 1)
-    tip = Tip(stage=stage, contact=contact, mu0=float(surface(contact)))
-    tips, ends, swing = [tip], list[Period](), ""
+    # At first no tangential force acts, as after a slip that ends where no friction is needed.
+    rest = replace(slip, law=SlipLaw.FREE).end(contact)
+    if rest.lost is not None:
+        return Scan.without_rows(*_lost(rest, surface, contact, at))
+    tip = Tip(stage=stage, footing=surface.footing(rest.contact, 1), rest=rest.x0)
+    tips, ends, swing, flights = [tip], list[Period](), "", list(rest.flights)
     while True:
         step, until = tip.end(path, at)
         if step == len(path):
             ends.append(Period(tip, step, until, EndsBy.PATH))
             break
-        margin, pushed = tip.exit(until)
+        margin, locked = tip.exit(until)
         if margin is Margin.END and stage.rod.swings:
             swing = swing or _message(SWINGS, tip, until, float(positions[step]), spell)
-            # After lateral buckling the tip is at its mirror image about the clamp.
+            # After lateral buckling the tip is at its mirror image about the clamp: on a surface
+            # with heights, where the tip alone touches, at the same place.
             at, contact = until, 2.0 * float(stage.along(until)) - tip.contact
-            onward = replace(tip, contact=contact, side=-tip.side, slipped=False)
-            tip = replace(onward, begin=step, rest=np.nan)
+            contact = contact if surface.texture is None else tip.contact
+            footing = surface.footing(contact, -tip.side)
+            tip = replace(tip, footing=footing, side=-tip.side, slipped=False)
+            tip = replace(tip, begin=step, rest=np.nan)
+        elif margin is Margin.REACH:
+            outcome = Outcome.OUT_OF_REACH
+            message = LEAVES.format(x=spell(tip.contact), clamp=spell(until))
+            ends.append(Period(tip, step, until, EndsBy.UNKNOWN))
+            break
         elif margin is Margin.END and isinstance(stage.rod, Response) and not stage.rod.whole:
             outcome, message = Outcome(stage.rod.curve.status), stage.rod.curve.message
             ends.append(Period(tip, step, until, EndsBy.UNKNOWN))
             break
-        elif margin is Margin.END or (pushed and margin is Margin.BACKWARD):
+        elif margin is Margin.END or (locked and margin is Margin.BACKWARD):
             outcome = Outcome.LOCK
             message = _message(STAYS, tip, until, float(positions[step - 1]), spell)
             ends.append(Period(tip, step, until, EndsBy.LOCK))
             break
         else:
             at = float(positions[step])
-            rest = _rest(tip, at, surface, law, kinetic_ratio)
-            if np.isnan(rest.x0):
-                outcome, message = Outcome.LOST, _message(LOST, tip, until, at, spell)
+            rest = replace(slip, clamp=at, side=tip.side).end(tip.contact)
+            flights += rest.flights
+            if rest.lost is not None:
+                outcome, message = _lost(rest, surface, tip.contact, at)
                 ends.append(Period(tip, step, until, EndsBy.LOST, at))
                 break
-            after = _slid(tip, step, at, surface, rest)
-            ends.append(Period(tip, step, until, EndsBy.SLIP, at, after.contact, rest))
-            tip = after
+            footing = surface.footing(rest.contact, tip.side)
+            ends.append(Period(tip, step, until, EndsBy.SLIP, at, footing, rest))
+            tip = replace(tip, footing=footing, begin=step, rest=rest.x0, slipped=True)
         tips.append(tip)
         if sum(one.slipped for one in tips) - 1 == slips:
             step = tip.begin + 1
             break
-    message = "; ".join(filter(None, (swing, message)))
-    return _assembled(tips, tuple(ends), positions[:step], outcome, message)
+    messages = (swing, _flown(flights, spell), message)
+    text = "; ".join(filter(None, messages))
+    return _assembled(tips, tuple(ends), positions[:step], outcome, text)
 
 
-def _rest(tip: Tip, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> Rest:
-    """Find where the slip of a tip ends."""
-    states, x0 = tip.stage.states(clamp, tip.contact, tip.side)
-    along = float(tip.stage.along(clamp))
-    slip = Slip(response=states, surface=surface, law=law, ratio=ratio, clamp=along, side=tip.side)
-    return slip.end(float(x0))
+def _lost(rest: Rest, surface: Surface, begin: float, clamp: float) -> tuple[Outcome, str]:
+    """Return the outcome of a scan whose slip from the position `begin` (L) is lost, and why."""
+    assert rest.lost is not None
+    text = LOST if surface.texture is None else LOST_ON_TEXTURE[rest.lost]
+    outcome = Outcome.OUT_OF_REACH if rest.lost is Lost.DEEP else Outcome.LOST
+    places = {"x": begin, "clamp": clamp, "at": rest.contact}
+    return outcome, text.format(**{name: surface.spell(one) for name, one in places.items()})
 
 
-def _slid(tip: Tip, step: int, clamp: float, surface: Surface, rest: Rest) -> Tip:
-    """Return the tip after its slip in a step."""
-    along = float(tip.stage.along(clamp))
-    contact = tip.stage.at(clamp).contact(along, rest.x0, tip.side)
-    mu0 = float(surface(contact))
-    return replace(tip, contact=contact, mu0=mu0, begin=step, rest=rest.x0, slipped=True)
+def _flown(flights: Sequence[Flight], spell: Callable[[float], str]) -> str:
+    """Say how often the tip has lifted off in slips."""
+    if not flights:
+        return ""
+    lifts, lands = map(spell, flights[0])
+    return FLIES.format(times=counted(len(flights), "time"), lifts=lifts, lands=lands)
 
 
 def _message(text: str, tip: Tip, until: float, clamp: float, spell: Callable[[float], str]) -> str:
     """Complete a message for a tip that sticks up to the clamp position `until`."""
-    mu_lock = tip.stage.at(until).mu_lock
-    return text.format(x=spell(tip.contact), mu0=tip.mu0, mu_lock=mu_lock, clamp=spell(clamp))
+    angle = np.degrees(np.arctan(tip.footing.ahead.slope))
+    return text.format(
+        x=spell(tip.contact),
+        mu0=tip.mu0,
+        slope=SLOPE.format(angle=angle) if angle else "",
+        mu_lock=tip.held(until).states.mu_lock,
+        clamp=spell(clamp),
+    )
 
 
 def _assembled(
@@ -413,11 +472,17 @@ def _assembled(
     begins = np.array([tip.begin for tip in tips])
     slipped = np.array([tip.slipped for tip in tips])
     counts = np.diff(begins, append=len(clamp))
-    contact, mu0, side = (
-        np.repeat([getattr(tip, name) for tip in tips], counts)
-        for name in ("contact", "mu0", "side")
+
+    def in_rows(values: list[float] | list[int]) -> FloatArray:
+        return np.repeat(values, counts)
+
+    contact, side = (
+        in_rows([tip.contact for tip in tips]),
+        np.repeat([t.side for t in tips], counts),
     )
-    states, x0 = stage.states(clamp, contact, side)
+    lift = in_rows([tip.footing.lift for tip in tips])
+    slope = in_rows([tip.footing.ahead.slope for tip in tips])
+    states, x0 = stage.states(clamp, contact, side, lift)
     # In the step of a slip x0 is known without the rounding of positions.
     rest = np.full(len(clamp), np.nan)
     rest[begins[counts > 0]] = [tip.rest for tip, count in zip(tips, counts, strict=True) if count]
@@ -433,7 +498,9 @@ def _assembled(
         clamp=clamp,
         contact=contact,
         x0=side * x0 + 0.0,  # no −0
-        mu0=mu0,
+        mu0=in_rows([tip.mu0 for tip in tips]),
+        lift=lift,
+        inclination=0.0 - side * np.arctan(slope),
         period=np.repeat(np.cumsum(slipped), counts),
         phase=phase,
         side=np.where(side == 1, TipSide.AHEAD, TipSide.BEHIND),

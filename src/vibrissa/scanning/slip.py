@@ -1,78 +1,148 @@
 """Where a slip of the tip ends.
 
-While the tip slips, the clamp rests; x0 falls if the tip was pushed, and rises if it was pulled.
-The kinetic energy is the integral over x0 of the tangential force less kinetic friction.
+While the tip slips, the clamp rests, and the tip moves along the surface. The kinetic energy is the
+integral over its way of the tangential force less kinetic friction.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1
 from scipy.interpolate import BPoly
+from scipy.optimize import brentq
 from scipy.special import comb
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.roots import first_fall
 from vibrissa.outcomes import SlipLaw as SlipLaw
-from vibrissa.scanning.response import States
-from vibrissa.scanning.surfaces import Surface
+from vibrissa.scanning.stage import Held, Stage
+from vibrissa.scanning.surfaces import Footing, Surface, nothing
+from vibrissa.scanning.tip import ContactForces, contact_forces
 
 # Relative excess of |tan α| over μ0 at which a tip still sticks, for rounding.
 FULL = 1e-9
 # Largest number of slides in a slip: a tip that stops where it cannot stick slides back, less far.
 REVERSALS = 100
 # Parts of the longest possible slide, within which its end is sought, one part after the other.
-SOUGHT = (0.05, 0.25, 1.0)
-# Longest cell of a slide (L), and degree of the polynomial of the force in a cell.
-LONGEST_CELL, DEGREE = 1e-3, 6
-# Number of places at which a state with α = 0 is sought before a slip.
-LOOKS = 257
-# Largest distance that counts as 0, in roundings of a position.
-ROUNDINGS = 8.0
+SOUGHT = (0.0, 0.05, 0.25, 1.0)
+# Ends of the parts on a surface with heights (L): a slide is shorter than two rods.
+SOUGHT_ON_TEXTURE = (0.0, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.4, 1.0, 2.0)
 
 
-# Places in a cell, as parts of it, at which the force is computed: not its ends, where friction may
-# jump. `COEFFICIENTS` times the values there are the coefficients of Bernstein polynomials.
-NODES = 0.5 + 0.5 * chebpts1(DEGREE + 1)
-_K, _T = np.arange(DEGREE + 1), NODES[:, None]
-COEFFICIENTS = np.linalg.inv(comb(DEGREE, _K) * _T**_K * (1.0 - _T) ** (DEGREE - _K))
-
-
-class Rest(NamedTuple):
-    """Where a slip or a slide ends, and its energies.
+class Lost(StrEnum):
+    """Why a slip is not followed to its end.
 
     Attributes
     ----------
-    x0 : float
-        Displacement x0 at rest (L); NaN if x0 leaves the range of the computed states.
-    released : float
-        Elastic energy that the rod and its mounting lose: the work of the tangential force
-        (E·I0/L).
-    dissipated : float
-        Work against kinetic friction (E·I0/L). NaN under the law ``free``, which has no kinetic
-        friction.
+    LIFTS
+        The tip lifts off the surface, and nowhere further on the surface would push it.
+    BENT
+        The tip comes to the last computed state of the rod.
+    DEEP
+        The surface leaves the heights at which the rod is solved.
     """
 
+    LIFTS = "lifts"
+    BENT = "bent"
+    DEEP = "deep"
+
+
+class Flight(NamedTuple):
+    """A part of a slip in which the tip does not touch: where it lifts off and lands (L)."""
+
+    lifts: float
+    lands: float
+
+
+class Rest(NamedTuple):
+    """Where a slip ends.
+
+    Attributes
+    ----------
+    contact, x0 : float
+        Position of the tip, and displacement from the α = 0 state (L); if the slip is lost, those
+        at which it is.
+    released : float
+        Elastic energy that the rod and its mounting lose: the work of the tangential force
+        (E·I0/L). NaN if the slip is lost, or the tip flies in it.
+    dissipated : float
+        Work against kinetic friction (E·I0/L). NaN also under the law ``free``, which has no
+        kinetic friction.
+    lost : Lost or None
+        None if the tip comes to rest.
+    flights : tuple of Flight
+        Parts in which the tip does not touch. A tip that lifts off is taken to land at the next
+        place at which the surface pushes it, and to slip on from there without velocity.
+    """
+
+    contact: float
     x0: float
-    released: float
-    dissipated: float
+    released: float = np.nan
+    dissipated: float = np.nan
+    lost: Lost | None = None
+    flights: tuple[Flight, ...] = ()
 
 
-LEFT = Rest(x0=np.nan, released=np.nan, dissipated=np.nan)
+class _Slide(NamedTuple):
+    """A slide in one direction: where it ends, its energies, and whether it is lost.
+
+    `lifts` is where the tip lifted off; then it landed at `contact`.
+    """
+
+    contact: float
+    released: float = np.nan
+    dissipated: float = np.nan
+    lifts: float | None = None
+    lost: Lost | None = None
 
 
 class _Forces(NamedTuple):
-    """Driving force and friction along a slide, as functions of its distance (E·I0/L²)."""
+    """Forces along a part of a slide, times 1/cos γ, as functions of its distance (E·I0/L²).
+
+    `driving` is the tangential force in the direction of the slide, `friction` the kinetic friction
+    that opposes it, and `normal` the normal force.
+    """
 
     driving: BPoly
     friction: BPoly
+    normal: BPoly
 
-    @property
-    def excess(self) -> BPoly:
-        """Driving force less friction."""
-        return BPoly(self.driving.c - self.friction.c, self.driving.x)
+
+class Cell(NamedTuple):
+    """How the force is computed in a cell of a slide.
+
+    Attributes
+    ----------
+    longest : float
+        Length of the longest cell (L).
+    nodes : ndarray, shape (n,)
+        Places in a cell, as parts of it, at which the force is computed: not its ends, where
+        friction may jump.
+    coefficients : ndarray, shape (n, n)
+        Times the values there, they are the coefficients of Bernstein polynomials.
+    """
+
+    longest: float
+    nodes: FloatArray
+    coefficients: FloatArray
+
+    @classmethod
+    def of(cls, longest: float, degree: int) -> "Cell":
+        """Cell in which the force is a polynomial of the given degree."""
+        nodes = 0.5 + 0.5 * chebpts1(degree + 1)
+        k, t = np.arange(degree + 1), nodes[:, None]
+        powers = comb(degree, k) * t**k * (1.0 - t) ** (degree - k)
+        return cls(longest, nodes, np.linalg.inv(powers))
+
+
+# Number of places at which a state with α = 0 is sought before a free slip on a plane.
+LOOKS = 257
+# Cells for any force, and short ones for the many pieces of a surface of cubic polynomials.
+CELL, SHORT_CELL = Cell.of(1e-3, 6), Cell.of(2e-4, 3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,106 +151,254 @@ class Slip:
 
     Attributes
     ----------
-    response : States
-        States of the rod over x0, at the present height of the surface above the clamp.
+    stage : Stage
+    surface : Surface
+    law : SlipLaw
     ratio : float
         Kinetic over static friction, μk/μ0.
     clamp : float
-        Position of the clamp along the surface (L).
+        Position of the clamp along its stage (L).
     side : int
         1 for a tip ahead of the clamp, −1 for a tip behind it.
     """
 
-    response: States
+    stage: Stage
     surface: Surface
     law: SlipLaw
     ratio: float
     clamp: float = 0.0
     side: int = 1
 
-    def end(self, x0: float) -> Rest:
-        """Find where a tip that begins to slip at x0 comes to rest.
+    def end(self, contact: float) -> Rest:
+        """Find where a tip that begins to slip comes to rest.
 
-        Returns
-        -------
-        Rest
-            Its numbers are NaN if x0 leaves the range of the computed states.
+        Parameters
+        ----------
+        contact : float
+            Position at which the tip has stuck (L).
 
         Raises
         ------
         ArgumentError
             If the tip reaches an unknown part of the surface, or slides to and fro for too long.
         """
-        x0 = float(self.response.clip(x0))
-        if self.law is SlipLaw.FREE:
-            # Where a pushed tip was pushed back before, it meets a state with α = 0 there.
-            between = self.response.demand(np.linspace(0.0, x0, LOOKS)[1:])
-            if x0 > 0.0 and between.min() < 0.0:
-                slide = replace(self, law=SlipLaw.KINETIC, ratio=0.0)._slide(x0)
-                return slide._replace(dissipated=np.nan)
-            return Rest(x0=0.0, released=self._released(x0), dissipated=np.nan)
-        released = dissipated = 0.0
+        contact = self._within(contact)
+        if self.law is SlipLaw.FREE and self._returns(contact):
+            states, begin = self._held(contact)
+            rest = states.contact(float(self.stage.along(self.clamp)), 0.0, self.side)
+            return Rest(contact=rest, x0=0.0, released=self._released(contact, float(begin)))
+        released, dissipated = 0.0, 0.0
+        flights: tuple[Flight, ...] = ()
         for _ in range(REVERSALS):
-            slide = self._slide(x0)
-            if np.isnan(slide.x0):
-                return LEFT
-            x0 = slide.x0
+            slide = self._slide(contact, self._way(contact))
+            contact, x0 = slide.contact, float(self._held(slide.contact).x0)
+            if slide.lost is not None:
+                return Rest(contact=contact, x0=x0, lost=slide.lost, flights=flights)
             released, dissipated = released + slide.released, dissipated + slide.dissipated
-            holds = float(self.surface(self.response.contact(self.clamp, x0, self.side)))
-            if abs(float(self.response.demand(x0))) <= holds * (1.0 + FULL):
-                return Rest(x0=x0, released=released, dissipated=dissipated)
+            if slide.lifts is not None:
+                flights = (*flights, Flight(lifts=slide.lifts, lands=contact))
+            if self._settled(contact, slide):
+                if self.law is SlipLaw.FREE:
+                    dissipated = np.nan
+                return Rest(contact, x0, released, dissipated, flights=flights)
         place = f"the clamp at {self.surface.spell(self.clamp)}"
         raise ArgumentError(f"with {place} a slip has over {REVERSALS} slides: take another law")
 
-    def _slide(self, x0: float) -> Rest:
-        """Find where a slide in one direction ends; NaN if it leaves the computed states."""
-        response, surface = self.response, self.surface
-        # A pushed tip slides to lower x0, a pulled one to higher.
-        ahead = -1.0 if x0 > 0.0 else 1.0
-        contact, onward = response.contact(self.clamp, x0, self.side), -self.side * ahead
-        nothing = ROUNDINGS * float(np.spacing(1.0 + abs(contact)))
-        cell = min(LONGEST_CELL, surface.feature)
-        kinks = np.append(ahead * (response.bounds - x0), onward * (surface.edges - contact))
+    def _returns(self, contact: float) -> bool:
+        """Whether a free slip on a plane ends in the state x0 = 0.
 
-        def forces(end: float) -> _Forces:
-            breaks = _cells(kinks, cell, end)
-            way = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
-            fx, fy, _ = np.moveaxis(response(x0 + ahead * way), -1, 0)
-            friction = -self.ratio * surface(contact + onward * way) * fy
-            return _Forces(
-                driving=BPoly(COEFFICIENTS @ (ahead * fx).T, breaks),
-                friction=BPoly(COEFFICIENTS @ friction.T, breaks),
-            )
+        A pushed tip that was pushed back before meets another state with α = 0 on its way.
+        """
+        if self.surface.texture is not None:
+            return False
+        states, x0 = self._held(contact)
+        between = states.demand(np.linspace(0.0, float(x0), LOOKS)[1:])
+        return not (x0 > 0.0 and between.min() < 0.0)
 
-        longest = abs(float(response.clip(ahead * np.inf)) - x0)
-        surface_end = surface.stop if onward > 0.0 else surface.start
-        known = min(longest, max(onward * (surface_end - contact), nothing))
-        for part in SOUGHT:
-            found = forces(part * known)
-            left = found.excess
-            stop = first_fall(left.antiderivative() if self.law is SlipLaw.ENERGY else left)
-            if np.isfinite(stop):
-                return Rest(
-                    # At the edge of a patch a tip stops on the rougher side.
-                    x0=x0 + ahead * (stop + 2.0 * nothing),
-                    released=float(found.driving.integrate(0.0, stop)),
-                    dissipated=float(found.friction.integrate(0.0, stop)),
-                )
-        surface(contact + onward * longest)  # raises where the surface is not known
-        return LEFT
-
-    def _released(self, x0: float) -> float:
-        """Elastic energy that is released from x0 to the state with α = 0 (E·I0/L)."""
-        ahead, way = (-1.0 if x0 > 0.0 else 1.0), abs(x0)
-        if way == 0.0:
+    def _released(self, contact: float, x0: float) -> float:
+        """Elastic energy that is released on the way to the state x0 = 0 on a plane (E·I0/L)."""
+        if x0 == 0.0:
             return 0.0
-        breaks = _cells(ahead * (self.response.bounds - x0), LONGEST_CELL, way)
-        places = breaks[:-1, None] + np.diff(breaks)[:, None] * NODES
-        force = ahead * self.response(x0 + ahead * places)[..., 0]
-        return float(BPoly(COEFFICIENTS @ force.T, breaks).integrate(0.0, way))
+        way = 1 if x0 > 0.0 else -1
+        breaks = np.unique(np.append(0.0, self._breaks(contact, way, 0.0, abs(x0))))
+        return float(self._balance(contact, way, breaks).driving.integrate(0.0, abs(x0)))
 
+    @property
+    def _cell(self) -> Cell:
+        texture = self.surface.texture
+        return SHORT_CELL if texture is not None and texture.degree <= 3 else CELL
 
-def _cells(kinks: FloatArray, cell: float, end: float) -> FloatArray:
-    """Cut the way from 0 to `end` (L) at kinks, and into cells of at most a given length."""
-    breaks = np.concatenate([kinks, np.arange(0.0, end, cell), [0.0, end]])
-    return np.unique(breaks[(breaks >= 0.0) & (breaks <= end)])
+    def _held(self, contact: FloatArray | float) -> Held:
+        """Return the states of the rod with the tip at given positions (L)."""
+        lift = 0.0 if self.surface.texture is None else self.surface.height(contact)
+        return self.stage.states(self.clamp, contact, self.side, lift)
+
+    def _forces(
+        self, contact: FloatArray | float, *slopes: FloatArray | float
+    ) -> list[ContactForces]:
+        """Resolve the forces on a tip at given positions (L), for each of several slopes."""
+        states, x0 = self._held(contact)
+        fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
+        return [contact_forces(fx, fy, slope) for slope in slopes]
+
+    def _within(self, contact: float) -> float:
+        """Move a tip that a long step has taken out of the computed states to the last of them."""
+        for _ in range(REVERSALS):
+            states, x0 = self._held(contact)
+            beyond = float(x0 - states.clip(x0))
+            if beyond == 0.0:
+                break
+            contact += self.side * beyond
+        return contact
+
+    def _excesses(self, footing: Footing) -> tuple[float, float]:
+        """By how much friction is exceeded forward and backward, up to rounding (E·I0/L²)."""
+        faces = footing.ahead, footing.behind
+        ahead, behind = self._forces(footing.contact, *(face.slope for face in faces))
+        before, after = (face.mu0 * (1.0 + FULL) for face in faces)
+        forward = -ahead.tangential - before * ahead.normal
+        return float(forward), float(behind.tangential - after * behind.normal)
+
+    def _way(self, contact: float) -> int:
+        """Direction in which the tip slides: 1 away from the clamp, as if pushed, or −1."""
+        forward, backward = self._excesses(self.surface.footing(contact, self.side))
+        return 1 if forward >= backward else -1
+
+    def _settled(self, contact: float, slide: _Slide) -> bool:
+        """Whether a tip at the end of a slide remains there."""
+        if self.law is SlipLaw.FREE and slide.lifts is None:
+            return True
+        footing = self.surface.footing(contact, self.side)
+        if self.law is SlipLaw.FREE:
+            # It rests after its flight in a corner, between two faces of which each pushes it back.
+            slopes = footing.ahead.slope, footing.behind.slope
+            ahead, behind = self._forces(contact, *slopes)
+            return float(behind.tangential) <= 0.0 <= float(ahead.tangential)
+        return max(self._excesses(footing)) <= 0.0
+
+    def _slide(self, contact: float, way: int) -> _Slide:
+        """Follow a slide in one direction to its end."""
+        onward, released, dissipated = self.side * way, 0.0, 0.0
+        for begin, end in pairwise(self._sought(contact, way)):
+            breaks, lost = self._computed(contact, way, self._breaks(contact, way, begin, end))
+            driving, friction, normal = self._balance(contact, way, breaks)
+            left = BPoly(driving.c - friction.c, breaks)
+            if self.law is SlipLaw.ENERGY:
+                left = left.antiderivative()
+                left = BPoly(left.c + released - dissipated, breaks)
+            elif self.law is SlipLaw.FREE:
+                left = driving
+            stop, lifts = first_fall(left), np.nan
+            if self.surface.texture is not None:
+                lifts = first_fall(normal)
+            if np.isfinite(lifts) and not stop <= lifts:
+                return self._landing(contact, way, lifts)
+            last = stop if np.isfinite(stop) else float(breaks[-1])
+            released += float(driving.integrate(breaks[0], last))
+            dissipated += float(friction.integrate(breaks[0], last))
+            if np.isfinite(stop):
+                return _Slide(self._stopped(contact, onward, stop), released, dissipated)
+            if lost is not None:
+                return _Slide(contact + onward * last, lost=lost)
+        # The surface is not known further on, or the rod has no further states.
+        self.surface(contact + onward * self._longest(contact, way))
+        return _Slide(contact + onward * end, lost=Lost.BENT)
+
+    def _landing(self, contact: float, way: int, lifts: float) -> _Slide:
+        """Find the next place at which the surface pushes a tip that lifts off in a slide."""
+        onward, begin = self.side * way, lifts
+        off = contact + onward * lifts
+        for end in self._sought(contact, way):
+            if end <= begin:
+                continue
+            breaks, lost = self._computed(contact, way, self._breaks(contact, way, begin, end))
+            normal = self._balance(contact, way, breaks).normal
+            lands = first_fall(BPoly(-normal.c, normal.x))
+            if np.isfinite(lands):
+                return _Slide(self._stopped(contact, onward, lands), lifts=off)
+            if lost is not None:
+                break
+            begin = end
+        return _Slide(off, lost=Lost.LIFTS)
+
+    def _longest(self, contact: float, way: int) -> float:
+        """Longest slide within the computed states on a plane (L)."""
+        states, x0 = self._held(contact)
+        return float(x0 - states.x0_pull if way > 0 else states.x0_end - x0)
+
+    def _sought(self, contact: float, way: int) -> FloatArray:
+        """Return the ends of the parts in which the end of a slide is sought in turn (L)."""
+        end = self.surface.stop if self.side * way > 0 else self.surface.start
+        known = max(abs(end - contact), nothing(contact))
+        if self.surface.texture is None:
+            return np.array(SOUGHT) * min(self._longest(contact, way), known)
+        ends = np.array(SOUGHT_ON_TEXTURE)
+        return np.append(ends[ends < known], known) if known < ends[-1] else ends
+
+    def _breaks(self, contact: float, way: int, begin: float, end: float) -> FloatArray:
+        """Distances from a position that divide a part of a slide into cells (L)."""
+        onward, surface = self.side * way, self.surface
+        cell = min(self._cell.longest, surface.feature)
+        if surface.texture is None:
+            states, x0 = self._held(contact)
+            kinks = way * (x0 - states.bounds)
+        else:
+            between = sorted((contact + onward * begin, contact + onward * end))
+            kinks = onward * (surface.texture.breaks(*between) - contact)
+        edges = onward * (surface.edges - contact)
+        breaks = np.unique(np.concatenate([kinks, edges, np.arange(begin, end, cell), [end]]))
+        return breaks[(breaks >= begin) & (breaks <= end)]
+
+    def _computed(
+        self, contact: float, way: int, breaks: FloatArray
+    ) -> tuple[FloatArray, Lost | None]:
+        """Cut a part of a slide where the rod has no computed states; say why, if it is cut."""
+        if self.surface.texture is None:
+            return breaks, None
+
+        def rooms(distance: FloatArray | float) -> FloatArray:
+            place = contact + self.side * way * np.asarray(distance)
+            states, x0 = self._held(place)
+            room = x0 - states.x0_pull if way > 0 else states.x0_end - x0
+            return np.array([room, self.stage.reach(self.clamp, self.surface.height(place))])
+
+        left = rooms(breaks)
+        out = np.flatnonzero((left[:, 1:] <= 0.0).any(axis=0))
+        if not len(out):
+            return breaks, None
+        last = int(out[0])
+        row = int(np.argmin(left[:, last + 1]))
+        if left[row, last] <= 0.0:
+            end = float(breaks[last]) + nothing(contact)
+        else:
+            end = float(
+                brentq(lambda distance: float(rooms(distance)[row]), *breaks[last : last + 2])
+            )
+        kept = breaks[: last + 1]
+        return np.append(kept[kept < end], end), (Lost.BENT, Lost.DEEP)[row]
+
+    def _balance(self, contact: float, way: int, breaks: FloatArray) -> _Forces:
+        """Compute the forces along a part of a slide."""
+        surface = self.surface
+        cell = self._cell
+        place = breaks[:-1, None] + np.diff(breaks)[:, None] * cell.nodes
+        place = contact + self.side * way * place
+        slope = 0.0 if surface.texture is None else self.side * surface.slope(place)
+        ((tangential, normal),) = self._forces(place, slope)
+        friction = self.ratio * surface(place) * normal
+        return _Forces(
+            *(
+                BPoly(cell.coefficients @ one.T, breaks)
+                for one in (-way * tangential, friction, normal)
+            )
+        )
+
+    def _stopped(self, contact: float, onward: int, distance: float) -> float:
+        """Position of a tip that stops: in the corner where it does, or a little further on."""
+        tiny, place = nothing(contact), contact + onward * distance
+        if self.surface.texture is not None:
+            corners = self.surface.texture.breaks(place - 2.0 * tiny, place + 2.0 * tiny)
+            if len(corners):
+                return float(corners[np.argmin(np.abs(corners - place))])
+        # At the edge of a patch a tip stops on the rougher side.
+        return float(place + onward * 2.0 * tiny)

@@ -12,12 +12,24 @@ from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import step_position
-from vibrissa.scanning.heights import HeightRange, HeightStates, respond_over
+from vibrissa.outcomes import Contact
+from vibrissa.scanning.heights import (
+    LOWEST,
+    NARROWEST,
+    HeightRange,
+    HeightStates,
+    check_range,
+    respond_over,
+)
 from vibrissa.scanning.response import Response, responses
 from vibrissa.scanning.rods import MountedRod, height_at
+from vibrissa.scanning.textures import Texture
 
 # Largest number of steps; more would fill the memory.
 MOST_STEPS = 10**8
+# Height up to which a rod is solved over the grooves of a surface (L): further on it is almost
+# upright, and its states change fast.
+UPRIGHT = 0.99
 # Part of a step by which a turn may miss a whole number of steps, by rounding in units of L.
 ROUNDED_AWAY = 1e-6
 
@@ -80,7 +92,8 @@ class Stage:
 
         x0(X) = x1_init(h) + side·(X·cos δ − x_c),
 
-    where side is 1 for a tip ahead of the clamp, and −1 for a tip behind it (mirrored states).
+    where side is 1 for a tip ahead of the clamp, and −1 for a tip behind it (mirrored states). On a
+    surface with heights, the height of the surface at the tip (`lift`) is subtracted from h.
 
     Attributes
     ----------
@@ -101,13 +114,31 @@ class Stage:
         """Convert clamp positions along the stage to positions along the surface (L)."""
         return np.asarray(np.asarray(clamp) * np.cos(self.angle))
 
-    def at(self, clamp: ArrayLike) -> Response | HeightStates:
+    def height(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> FloatArray:
+        """Height of the contact point above the clamp (L), at positions of the clamp.
+
+        On a level stage it has the shape of `lift`.
+        """
+        if self.angle == 0.0:
+            return np.asarray(self.eta - np.asarray(lift))
+        return height_at(clamp, self.eta, self.angle) - np.asarray(lift)
+
+    def reach(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> FloatArray:
+        """Distance of the height from the ends of the heights at which the rod is solved (L)."""
+        height = self.height(clamp, lift)
+        if isinstance(self.rod, Response):
+            return np.full(height.shape, np.inf)
+        return np.minimum(height - self.rod.parts[0].low, self.rod.parts[-1].high - height)
+
+    def at(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> Response | HeightStates:
         """Return the rod's states at the height that belongs to each clamp position."""
         if isinstance(self.rod, Response):
             return self.rod
-        return self.rod.states(height_at(clamp, self.eta, self.angle))
+        return self.rod.states(self.height(clamp, lift))
 
-    def states(self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike) -> Held:
+    def states(
+        self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike, lift: ArrayLike = 0.0
+    ) -> Held:
         """Return the rod's states, and the displacement x0 of each (L).
 
         Parameters
@@ -118,12 +149,16 @@ class Stage:
             Position of the tip along the surface (L).
         side : array_like
             1 for a tip ahead of the clamp, −1 for a tip behind it.
+        lift : array_like
+            Height of the surface at the tip (L).
         """
-        states, ahead = self.at(clamp), self.along(clamp) - np.asarray(contact)
+        states, ahead = self.at(clamp, lift), self.along(clamp) - np.asarray(contact)
         return Held(states, np.asarray(states.x1_init + np.asarray(side) * ahead))
 
 
-def stage_of(rod: MountedRod, positions: FloatArray, partly: bool = False) -> Stage:
+def stage_of(
+    rod: MountedRod, positions: FloatArray, partly: bool = False, texture: Texture | None = None
+) -> Stage:
     """Solve a rod at all heights that its clamp reaches on its stage.
 
     Parameters
@@ -132,16 +167,28 @@ def stage_of(rod: MountedRod, positions: FloatArray, partly: bool = False) -> St
         Positions of the clamp along the stage (L).
     partly : bool
         Whether to accept a curve on a level stage that the solver did not follow to its end.
+    texture : Texture, optional
+        Heights of the surface. Where they leave the range of heights that a rod can reach, the
+        stage ends: see `Stage.reach`.
 
     Raises
     ------
     NoResponseError
         If the sticking curve cannot be solved at one of these heights, or η comes too close to
         0 or to 1.
+    ArgumentError
+        If the surface has heights, and the rod may lie down on it.
     """
     angle = rod.mounting.stage_angle
-    if angle == 0.0:
+    if texture is None and angle == 0.0:
         return Stage(rod=responses([rod], partly)[0], eta=rod.eta)
     reached = rod.height(np.append(positions, 0.0))
-    heights = respond_over(rod.level(rod.eta), float(reached.min()), float(reached.max()))
-    return Stage(rod=heights, eta=rod.eta, angle=angle)
+    low, high = float(reached.min()), float(reached.max())
+    if texture is not None:
+        if rod.contact is Contact.LINE:
+            raise ArgumentError("on a surface with heights the contact must be 'point', not 'line'")
+        check_range(rod, low, high)
+        # A little further, so that crests and valleys lie within the range.
+        low = max(low - max(texture.high, 0.0) - NARROWEST, LOWEST)
+        high = max(high, min(high - min(texture.low, 0.0) + NARROWEST, UPRIGHT))
+    return Stage(rod=respond_over(rod.level(rod.eta), low, high), eta=rod.eta, angle=angle)

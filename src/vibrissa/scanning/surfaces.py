@@ -1,7 +1,8 @@
-"""Surfaces: static friction μ0 as a function of the position along the surface."""
+"""Surfaces: static friction μ0, and height, as functions of the position along the surface."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,14 +10,50 @@ from numpy.typing import ArrayLike
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.rods import in_rod_lengths
+from vibrissa.scanning.textures import Texture
 
 # Number of cosines in a random surface, enough for a nearly normal distribution of its friction.
 COSINES = 256
+# Largest distance that counts as 0, in roundings of a position.
+ROUNDINGS = 8.0
+
+
+def nothing(position: float) -> float:
+    """Return the largest distance from a position that counts as 0 (L)."""
+    return ROUNDINGS * float(np.spacing(1.0 + abs(position)))
+
+
+class Face(NamedTuple):
+    """Surface on one side of a tip: its slope h' along the rod's direction, and its friction."""
+
+    slope: float
+    mu0: float
+
+
+class Footing(NamedTuple):
+    """Place on a surface at which a tip sticks.
+
+    Attributes
+    ----------
+    contact, lift : float
+        Position along the surface, and height h there (L).
+    mu0 : float
+        Coefficient of static friction.
+    ahead, behind : Face
+        The surface before and behind the tip, which differ at a kink only. Ahead is the direction
+        from the clamp to the tip.
+    """
+
+    contact: float
+    lift: float
+    mu0: float
+    ahead: Face
+    behind: Face
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Surface:
-    """Static friction along a surface.
+    """Static friction along a surface, and its texture.
 
     Attributes
     ----------
@@ -32,6 +69,8 @@ class Surface:
         Positions of jumps and kinks of μ0 (L).
     feature : float
         Shortest length over which μ0 changes between two edges (L); infinite if μ0 is linear there.
+    texture : Texture or None
+        Height of the surface; None: the surface is a plane.
     """
 
     name: str
@@ -41,6 +80,16 @@ class Surface:
     edges: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
     feature: float = field(default=1e-4, repr=False)
     spell: Callable[[float], str] = field(default=in_rod_lengths, repr=False)
+    texture: Texture | None = None
+
+    def with_texture(self, texture: Texture) -> "Surface":
+        """Return a surface with the same friction, and the heights of a texture."""
+        return replace(
+            self,
+            texture=texture,
+            start=max(self.start, texture.start),
+            stop=min(self.stop, texture.stop),
+        )
 
     def __call__(self, x: FloatArray | float) -> FloatArray:
         """Look up the static friction at positions on the surface (L).
@@ -67,6 +116,42 @@ class Surface:
                 f"mu0 must be positive everywhere; it is not at x = {self.spell(where)}"
             )
         return mu0
+
+    def height(self, x: ArrayLike) -> FloatArray:
+        """Heights at positions on the surface (L)."""
+        if self.texture is None:
+            return np.zeros(np.shape(x))
+        return self.texture.height(np.asarray(x, dtype=float))
+
+    def slope(self, x: ArrayLike) -> FloatArray:
+        """Slope h' at positions on the surface."""
+        if self.texture is None:
+            return np.zeros(np.shape(x))
+        return self.texture.slope(np.asarray(x, dtype=float))
+
+    def footing(self, contact: float, side: int) -> Footing:
+        """Return the place at which a tip touches, ahead of the clamp (`side` 1) or behind it (−1).
+
+        Raises
+        ------
+        ArgumentError
+            If the position is outside of the known part, or the friction is not positive.
+        """
+        mu0 = float(self(contact))
+        if self.texture is None:
+            face = Face(slope=0.0, mu0=mu0)
+            return Footing(contact=contact, lift=0.0, mu0=mu0, ahead=face, behind=face)
+        ahead, behind = (
+            np.clip(contact + way * side * nothing(contact), self.start, self.stop)
+            for way in (1, -1)
+        )
+        return Footing(
+            contact=contact,
+            lift=float(self.height(contact)),
+            mu0=mu0,
+            ahead=Face(slope=side * float(self.slope(ahead)), mu0=float(self(ahead))),
+            behind=Face(slope=side * float(self.slope(behind)), mu0=float(self(behind))),
+        )
 
 
 def constant(mu0: float) -> Surface:

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.scanning.stage import Stage
+from vibrissa.scanning.stage import Held, Stage
+from vibrissa.scanning.surfaces import Footing
 
 # Number of clamp positions at which the margins are computed to bracket the end of a period.
 LOOKS = 257
@@ -27,12 +28,38 @@ class Margin(IntEnum):
         (E·I0/L²).
     END, PULL
         Distances of x0 from the largest and the smallest x0 of the computed states (L).
+    REACH
+        Distance of the height from the ends of the computed heights (L).
     """
 
     FORWARD = 0
     BACKWARD = 1
     END = 2
     PULL = 3
+    REACH = 4
+
+
+class ContactForces(NamedTuple):
+    """Forces of a surface on a tip, along the surface and normal to it, both times 1/cos γ."""
+
+    tangential: FloatArray
+    normal: FloatArray
+
+
+def contact_forces(fx: ArrayLike, fy: ArrayLike, slope: ArrayLike) -> ContactForces:
+    """Resolve the contact force on a surface of the inclination γ, for a slope h' = −tan γ.
+
+    The tangential force T = f·sin(α − γ) is negative while the tip is pushed; N = f·cos(α − γ) is
+    positive while the surface pushes the tip. They are divided by cos γ: times a distance dx they
+    give the work along the surface.
+
+    Parameters
+    ----------
+    fx, fy : array_like
+        Clamp reactions f·sin α and −f·cos α (E·I0/L²).
+    """
+    fx, fy, slope = np.asarray(fx), np.asarray(fy), np.asarray(slope)
+    return ContactForces(tangential=fx - slope * fy, normal=-slope * fx - fy)
 
 
 class EndOfSticking(NamedTuple):
@@ -51,10 +78,14 @@ class EndOfSticking(NamedTuple):
 
 
 class Exit(NamedTuple):
-    """How sticking ends: which margin is used up, and whether the clamp pushes the tip (x0 > 0)."""
+    """How sticking ends: which margin is used up, and whether the tip has locked.
+
+    On a plane a tip has locked if the clamp pushes it (x0 > 0) until it slips backward; on a slope
+    a pushed tip may slip backward before, down the slope, until −tan α is largest (x0 > x0_lock).
+    """
 
     margin: Margin
-    pushed: bool
+    locked: bool
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -92,8 +123,8 @@ class Tip:
 
     Attributes
     ----------
-    contact, mu0 : float
-        Position of the tip on the surface (L), and coefficient of static friction there.
+    footing : Footing
+        Place of the tip on the surface, with the friction there.
     side : int
         1 for a tip ahead of the clamp, −1 for a tip behind it.
     begin : int
@@ -106,28 +137,57 @@ class Tip:
     """
 
     stage: Stage
-    contact: float
-    mu0: float
+    footing: Footing
     side: int = 1
     begin: int = 0
     rest: float = 0.0
     slipped: bool = True
 
+    @property
+    def contact(self) -> float:
+        """Position of the tip along the surface (L)."""
+        return self.footing.contact
+
+    @property
+    def mu0(self) -> float:
+        """Coefficient of static friction under the tip."""
+        return self.footing.mu0
+
+    @property
+    def mu_pushed(self) -> float:
+        """|fx/fy| at which a pushed tip slips, tan(atan μ0 − γ); infinite on a steeper wall."""
+        slope, mu0 = self.footing.ahead
+        return (mu0 + slope) / (1.0 - mu0 * slope) if mu0 * slope < 1.0 else np.inf
+
+    def held(self, clamp: ArrayLike) -> Held:
+        """Return the states of the rod at clamp positions, and the x0 of each (L)."""
+        return self.stage.states(clamp, self.contact, self.side, self.footing.lift)
+
     def margins(self, clamp: ArrayLike) -> FloatArray:
-        """Compute the margins of sticking at each clamp position, shape (4, ...).
+        """Compute the margins of sticking at each clamp position, shape (5, ...).
 
         The tip sticks while none is negative. `Margin` names the rows.
         """
-        states, x0 = self.stage.states(clamp, self.contact, self.side)
+        states, x0 = self.held(clamp)
         fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
-        forward, backward = fx - self.mu0 * fy, -fx - self.mu0 * fy
-        return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
+        ahead, behind = self.footing.ahead, self.footing.behind
+        before, after = (contact_forces(fx, fy, face.slope) for face in (ahead, behind))
+        return np.array(
+            [
+                before.tangential + ahead.mu0 * before.normal,
+                behind.mu0 * after.normal - after.tangential,
+                states.x0_end - x0,
+                x0 - states.x0_pull,
+                np.broadcast_to(self.stage.reach(clamp, self.footing.lift), x0.shape),
+            ]
+        )
 
     def exit(self, clamp: float) -> Exit:
         """Return how sticking ends at a clamp position."""
-        x0 = self.stage.states(clamp, self.contact, self.side).x0
+        states, x0 = self.held(clamp)
         least = Margin(int(np.argmin(self.margins(clamp))))
-        return Exit(margin=least, pushed=bool(x0 > 0.0))
+        past = states.x0_lock if self.footing.behind.slope else 0.0
+        return Exit(margin=least, locked=bool(x0 > past))
 
     def end(self, path: ClampPath, clamp: float) -> EndOfSticking:
         """Find the first step at which the tip no longer sticks.
@@ -152,7 +212,7 @@ class Tip:
 
     def _limit(self, begin: float, end: float, way: float) -> float:
         """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
-        states, _ = self.stage.states(begin, self.contact, self.side)
+        states, _ = self.held(begin)
         stretch = way * float(states.x0_end - states.x0_pull)
         while begin != end:
             until = begin + stretch if abs(stretch) < abs(end - begin) else end

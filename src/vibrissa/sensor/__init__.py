@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from vibrissa.sensor.identification.recording import Recording as Recording
     from vibrissa.sensor.identification.result import Identification as Identification
     from vibrissa.sensor.identification.summary import FrictionSummary as FrictionSummary
+    from vibrissa.sensor.location import Located as Located
+    from vibrissa.sensor.location import locate as locate
     from vibrissa.sensor.onset import WhiskerOnset as WhiskerOnset
     from vibrissa.sensor.onset import solve as solve
     from vibrissa.sensor.setup import Setup as Setup
@@ -33,6 +35,7 @@ __getattr__, __all__ = attached(
         "identification.recording": "Method Recording",
         "identification.result": "Identification",
         "identification.summary": "FrictionSummary",
+        "location": "Located locate",
         "onset": "WhiskerOnset solve",
         "setup": "Setup",
         "signals": "Signals scan",

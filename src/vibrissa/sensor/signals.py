@@ -11,6 +11,7 @@ from vibrissa.quantities.units import Kind, Quantity, Units
 from vibrissa.scanning.cycles import move
 from vibrissa.scanning.simulation import Scan, TipPhase, TipSide
 from vibrissa.scanning.slip import SlipLaw
+from vibrissa.scanning.stage import path
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Whisker
@@ -62,6 +63,13 @@ class Signals(Tabular):
             "contact": Column(truth.contact * unit, length, "position of the tip"),
             "x0": Column(truth.x0 * unit, length, "clamp displacement from the alpha = 0 state"),
             "mu0": Column(truth.mu0, "1", "static friction under the tip"),
+            "height": Column(truth.lift * unit, length, "height of the surface under the tip"),
+            "inclination": Column(truth.inclination, "rad", "of the surface; < 0 where it rises"),
+            "apparent_friction": Column(
+                np.abs(truth.reactions[:, 0] / truth.reactions[:, 1]),
+                "1",
+                "|force_x/force_y| without noise",
+            ),
             "period": Column(truth.period, "1", "number of the period of sticking"),
             "phase": Column(truth.phase, "", ", ".join(TipPhase)),
             "side": Column(truth.side, "", "where the tip is: " + " or ".join(TipSide)),
@@ -76,6 +84,7 @@ def scan(
     to: Quantity | Sequence[Quantity],
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
+    tip_radius: Quantity = 0,
 ) -> Signals:
     """Move the clamp over a surface and record the signals.
 
@@ -91,6 +100,8 @@ def scan(
         Where a slip ends.
     kinetic_ratio : float
         μk/μ0, for the laws ``kinetic`` and ``energy``.
+    tip_radius : str or number
+        Radius of a ball at the tip, which traces the heights of the surface.
 
     Returns
     -------
@@ -103,11 +114,20 @@ def scan(
         If an argument is out of range, or the tip leaves the known part of the surface.
     """
     units = whisker.units
+    size = units.read_positive(step, Kind.LENGTH, "step")
+    turns = [units.read(turn, Kind.LENGTH, "to") for turn in np.array(to, dtype=object).ravel()]
+    surface = replace(surface, spell=whisker.spell)
+    radius = float(units.read(tip_radius, Kind.LENGTH, "tip_radius"))
+    if surface.texture is not None:
+        positions = path(size, turns)
+        # The tip is not further from the clamp than a rod's length.
+        begin, end = float(positions.min()) - 1.0, float(positions.max()) + 1.0
+        surface = surface.with_texture(surface.texture.traced(radius, begin, end))
     truth = move(
-        whisker.stage,
-        replace(surface, spell=whisker.spell),
-        units.read_positive(step, Kind.LENGTH, "step"),
-        to=[units.read(turn, Kind.LENGTH, "to") for turn in np.array(to, dtype=object).ravel()],
+        lambda positions: whisker.stage(positions, surface.texture),
+        surface,
+        size,
+        to=turns,
         law=law,
         kinetic_ratio=kinetic_ratio,
     )

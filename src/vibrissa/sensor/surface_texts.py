@@ -7,7 +7,9 @@ import numpy as np
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.quantities import series
 from vibrissa.quantities.units import Kind, Quantity, Units
+from vibrissa.scanning import textures
 from vibrissa.scanning.surfaces import Surface, constant, patches, profile, random
+from vibrissa.scanning.textures import Texture
 
 
 def read_surface(
@@ -73,3 +75,85 @@ def _read_texture(text: str, seed: int, units: Units) -> Surface:
     mean, deviation = (float(units.read(part, Kind.NUMBER, "texture")) for part in parts[:2])
     correlation = float(units.read(parts[2], Kind.LENGTH, "correlation length of the texture"))
     return random(seed, mean, deviation, correlation)
+
+
+def read_heights(
+    units: Units,
+    *,
+    heights: Path | None = None,
+    wave: str | None = None,
+    grooves: str | None = None,
+    rough: str | None = None,
+    lay: str | None = None,
+    seed: int = 0,
+) -> Texture | None:
+    """Read the heights of a surface, the sum of all that are described; None without any.
+
+    Parameters
+    ----------
+    heights : Path, optional
+        Table with the columns ``x`` and ``height``.
+    wave : str, optional
+        Amplitude and wavelength: ``"20 um, 2 mm"``.
+    grooves : str, optional
+        Width, depth and pitch, and the angle of the walls (80 deg if it is missing):
+        ``"1 mm, 50 um, 3 mm, 60 deg"``.
+    rough : str, optional
+        Standard deviation and correlation length of random heights: ``"5 um, 100 um"``.
+    lay : str, optional
+        Angle between the motion and the direction across the grooves.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range.
+    RecordingError
+        If the table cannot be read.
+    """
+    found = []
+    if heights is not None:
+        table = series.read(heights, ["x", "height"])
+        missing = np.isnan(table.columns["x"] + table.columns["height"])
+        if missing.any():
+            raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or height is missing")
+        x, height = (
+            table.columns[name]
+            * units.column_factor(table.units.get(name, "L"), Kind.LENGTH, f"{heights}: {name}")
+            for name in ("x", "height")
+        )
+        found.append(textures.measured(x, height))
+    if wave is not None:
+        found.append(textures.wave(*_quantities(wave, units, "wave", "amplitude, wavelength")))
+    if grooves is not None:
+        found.append(_read_grooves(grooves, units))
+    if rough is not None:
+        what = "deviation, correlation length"
+        deviation, correlation = _quantities(rough, units, "rough", what)
+        found.append(textures.rough(deviation, correlation, seed))
+    if not found:
+        if lay is not None:
+            raise ArgumentError("lay needs heights, wave, grooves or rough")
+        return None
+    texture = sum(found[1:], start=found[0])
+    if lay is not None:
+        texture = texture.with_lay(float(units.read(lay, Kind.ANGLE, "lay")))
+    return texture
+
+
+def _read_grooves(text: str, units: Units) -> Texture:
+    with_wall = text if text.count(",") == 3 else f"{text}, 80 deg"
+    lengths, _, wall = with_wall.rpartition(",")
+    width, depth, pitch = _quantities(lengths, units, "grooves", "width, depth, pitch")
+    angle = float(units.read(wall, Kind.ANGLE, "wall of the grooves"))
+    return textures.grooves(width, depth, pitch, angle)
+
+
+def _quantities(text: str, units: Units, what: str, names: str) -> list[float]:
+    """Read lengths that are separated by commas."""
+    parts, wanted = text.split(","), names.split(", ")
+    if len(parts) != len(wanted):
+        raise ArgumentError(f"{what} needs '{names}', got {text!r}")
+    return [
+        float(units.read(part, Kind.LENGTH, f"{name} of {what}"))
+        for part, name in zip(parts, wanted, strict=True)
+    ]

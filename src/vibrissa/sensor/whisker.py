@@ -15,6 +15,7 @@ from vibrissa.sticking.curve import StickingCurve
 if TYPE_CHECKING:
     from vibrissa.scanning.response import Response
     from vibrissa.scanning.stage import Stage
+    from vibrissa.scanning.textures import Texture
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,13 +101,15 @@ class Whisker(MountedRod):
 
         return responses([self])[0]
 
-    def stage(self, positions: FloatArray) -> "Stage":
+    def stage(self, positions: FloatArray, texture: "Texture | None" = None) -> "Stage":
         """Solve the response at all heights η that the clamp reaches on its stage.
 
         Parameters
         ----------
         positions : ndarray
             Positions of the clamp along the stage (L).
+        texture : Texture, optional
+            Heights of the surface.
 
         Raises
         ------
@@ -116,6 +119,6 @@ class Whisker(MountedRod):
         """
         from vibrissa.scanning.stage import Stage, stage_of
 
-        if self.mounting.stage_angle == 0.0:
+        if self.mounting.stage_angle == 0.0 and texture is None:
             return Stage(rod=self.response, eta=self.eta)
-        return stage_of(self, positions)
+        return stage_of(self, positions, texture=texture)
