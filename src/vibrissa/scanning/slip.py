@@ -27,10 +27,9 @@ from vibrissa.scanning.tip import ContactForces, contact_forces
 FULL = 1e-9
 # Largest number of slides in a slip: a tip that stops where it cannot stick slides back, less far.
 REVERSALS = 100
-# Parts of the longest possible slide, within which its end is sought, one part after the other.
-SOUGHT = (0.0, 0.05, 0.25, 1.0)
-# Ends of the parts on a surface with heights (L): a slide is shorter than two rods.
-SOUGHT_ON_TEXTURE = (0.0, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.4, 1.0, 2.0)
+# Ends of the parts of a slide in which its end is sought, one after the other (L): a slide is
+# shorter than two rods.
+SOUGHT = (0.0, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.4, 1.0, 2.0)
 
 
 class Lost(StrEnum):
@@ -331,8 +330,8 @@ class Slip:
         end = self.surface.stop if self.side * way > 0 else self.surface.start
         known = max(abs(end - contact), nothing(contact))
         if self.surface.texture is None:
-            return np.array(SOUGHT) * min(self._longest(contact, way), known)
-        ends = np.array(SOUGHT_ON_TEXTURE)
+            known = min(self._longest(contact, way), known)
+        ends = np.array(SOUGHT)
         return np.append(ends[ends < known], known) if known < ends[-1] else ends
 
     def _breaks(self, contact: float, way: int, begin: float, end: float) -> FloatArray:
