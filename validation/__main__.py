@@ -49,6 +49,7 @@ TASKS = {
     # The rod
     "published": Task(module("validation.published"), "compare 274 published numbers", "30 s"),
     "survey": Task(module("validation.survey"), "solve 100,000 random points", "10 min"),
+    "march": Task(module("validation.march_agreement"), "compare rods with a march", "15 min"),
     "chains": Task(module("validation.chains"), "compare chains of links with rods", "2 min"),
     "trailing": Task(module("validation.trailing"), "solve retracted rods by shooting", "5 min"),
     "proof": Task(module("validation.proof.study"), "prove the numbers of a study", "10 min"),
