@@ -212,7 +212,8 @@ def compared(samples: list[Sample]) -> Comparison:
     parts = []
     for sample in samples:
         parts.append(compare(sample, solve(sample)))
-        print("\n".join([str(dict(parts[-1].counts)), *parts[-1].odd]), flush=True)
+        counts, largest, odd = parts[-1]
+        print("\n".join([str(dict(counts)), f"largest differences: {largest}", *odd]), flush=True)
     return Comparison(
         sum((part.counts for part in parts), Counter()),
         {name: max(part.largest[name] for part in parts) for name in QUANTITIES},
