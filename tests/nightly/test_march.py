@@ -1,94 +1,100 @@
 """Onsets, locks and ends of leaning, yielding, curved rods against an independent march."""
 
-from decimal import Decimal
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import ellipe, ellipk
 
-import independent_march as march
-from vibrissa import Mounting, Status
-from vibrissa.outcomes import Contact, End, RodSection
-from vibrissa.sticking.solving.collocation import solve_curves
-from vibrissa.sticking.stiction import read_curves
+from validation import march, march_agreement
+from vibrissa import Mounting
+from vibrissa.outcomes import Contact, RodSection
 
 pytestmark = pytest.mark.slow
-# Rods in each kind of contact, and the tolerance (L).
-COUNT, CLOSE = 8, 1e-9
-# The ends of the march, in the words of the package.
-ENDS = {"lifts_off": End.LIFTS_OFF, "snaps": End.SNAPS, "dips": End.OUT_OF_REACH}
-# A rod whose demand rises twice.
-TWICE = Mounting(clamp_angle=-0.2556, clamp_compliance=0.884, curvature=(0.042, 0.0))
+# Rods with several maxima of −tan α; one that dips next to its clamp; one that rises as an arch.
+DEEP = (2.95, -5.26, 7.71, -1.2)
+SPECIAL = [
+    (1.77, 0.9665, Mounting(clamp_angle=-0.2556, clamp_compliance=0.884, curvature=0.042)),
+    (1.72, 0.446, Mounting(clamp_angle=-0.0339, clamp_compliance=0.929, curvature=DEEP)),
+    (2.7468, 0.6336, Mounting(clamp_angle=0.2345, curvature=(0.499, 0.195), stage_angle=0.0366)),
+]
 
 
-def drawn(count, seed, contact):
-    """Random rods; in line contact they are curved away from the surface."""
-    random = np.random.default_rng(seed)
-    most = 0.2 if contact is Contact.POINT else -0.02
-    theta, eta = np.exp(random.uniform(0.0, np.log(6.0), count)), random.uniform(0.4, 0.98, count)
-    mountings = [
-        Mounting(
-            clamp_angle=float(random.uniform(-0.3, 0.3)),
-            clamp_compliance=float(random.choice([0.0, random.uniform(0.0, 0.9)])),
-            curvature=(float(random.uniform(-0.5, most)), float(random.uniform(-0.4, 0.01))),
-            stage_angle=float(random.choice([0.0, random.uniform(-0.08, 0.08)])),
-        )
-        for _ in range(count)
-    ]
-    return theta, eta, mountings
-
-
-def followed(theta, eta, mountings, curves, contact):
-    """Rods and paths of the march; only its guess of the first state is taken from the curves."""
-    names = ("clamp_angle", "clamp_compliance", "stage_angle")
-    beta, compliance, delta = (np.array([getattr(m, name) for m in mountings]) for name in names)
-    kappa = np.array([(*m.coefficients, 0.0)[:2] for m in mountings])
-    rods = march.Rods(theta, eta, beta, compliance, kappa, delta, np.zeros(len(theta)))
-    first = [curve.state(0.0) for curve in curves]
-    line = np.array([curve.contact(0.0) == ["line"] for curve in curves])
-    start = np.array(
-        [float(s.s_c if lies else s.phi1) for s, lies in zip(first, line, strict=True)]
+def sample(count, seed, contact):
+    drawn = march_agreement.drawn(count, seed, contact, RodSection.PLANAR)
+    theta, eta, mountings = zip(*SPECIAL, strict=True)
+    return drawn._replace(
+        theta=np.append(drawn.theta, theta),
+        eta=np.append(drawn.eta, eta),
+        mountings=[*drawn.mountings, *mountings],
     )
-    fy = np.array([float(state.reaction_fy) for state in first])
-    paths = march.march(rods, line, np.stack([start, 0.0 * fy, fy]), contact.value)
-    return rods, march.finish(rods, paths)
-
-
-def frictions(path):
-    """Five friction coefficients: three below the first maximum of the demand, two above."""
-    demand = np.array([knot.demand for knot in path.knots[:-1]])
-    falls = np.flatnonzero((np.diff(demand) < 0.0) & (demand[:-1] > 0.0))
-    first = demand[falls[0]] if len(falls) else demand.max()
-    return first * np.array([0.3, 0.7, 0.97, 1.02, 2.0])
-
-
-def exit_of(curve, mu0):
-    """First exit from the cone, as `march.exits` returns it."""
-    found = read_curves([curve], [np.array([mu0])], [[Decimal(1)]])
-    if found.status[0] is Status.SLIP:
-        return float(found.x0_slip[0]), 1.0
-    back = found.end[0] == End.SLIPS_BACK
-    return (float(found.ended.x0[0]), -1.0) if back else (np.nan, 0.0)
 
 
 @pytest.mark.parametrize("contact", Contact)
 def test_onsets_locks_and_ends_are_those_of_an_independent_march(contact):
-    theta, eta, mountings = drawn(COUNT, 5, contact)
-    theta, eta = np.append(theta, 1.77), np.append(eta, 0.9665)
-    mountings.append(TWICE)
-    curves = solve_curves(theta, eta, contact, mountings, RodSection.PLANAR)
-    rows = [row for row, curve in enumerate(curves) if curve.pieces]
-    curves, mountings = [curves[row] for row in rows], [mountings[row] for row in rows]
-    rods, paths = followed(theta[rows], eta[rows], mountings, curves, contact)
-    compared = 0
-    for i, (curve, path) in enumerate(zip(curves, paths, strict=True)):
-        if path.end == "turns":  # the march does not locate where a rod crosses itself
-            continue
-        compared += 1
-        assert curve.end is ENDS[path.end]
-        assert curve.x0_end == pytest.approx(path.knots[-1].x0, abs=CLOSE)
-        if curve.status is Status.SOLVED:
-            assert curve.mu_lock == pytest.approx(march.most(path)[0], abs=CLOSE)
-        for mu0 in frictions(path):
-            x0, way = march.exits(rods.take([i]), [path], [mu0])
-            assert exit_of(curve, mu0) == (pytest.approx(x0[0], abs=CLOSE, nan_ok=True), way[0])
-    assert compared > COUNT // 2
+    rods = sample(12, 5, contact)
+    found = march_agreement.compare(rods, march_agreement.solve(rods))
+    assert not found.odd
+    assert found.counts["ends: snaps"] > 5 and found.counts["slips forward"] > 20
+    assert found.counts["ends: lifts"] > 0 and found.counts["slips back"] > 0
+
+
+def test_an_ideal_round_rod_swings_aside_where_the_clamp_passes_under_its_contact():
+    rods = march_agreement.drawn(2, 7, Contact.LINE, RodSection.ROUND)
+    found = march_agreement.compare(rods, march_agreement.solve(rods))
+    assert not found.odd and found.counts["ends: swings"] == 2
+
+
+def test_the_march_starts_from_the_closed_form_of_a_cylinder():
+    modulus = np.array([0.2, 0.5, 0.7])
+    quarter, n = ellipk(modulus**2), len(modulus)
+    zero, no = np.zeros(n), np.full(n, False)
+    rods = march.Rods(
+        theta=np.ones(n),
+        eta=2.0 * ellipe(modulus**2) / quarter - 1.0,
+        beta=zero,
+        compliance=zero,
+        kappa=np.zeros((n, 2)),
+        delta=zero,
+        lies=no,
+        round=no,
+        x1=zero,
+    )
+    # The slope at the tip: k = sin((π/2 − φ1)/2).
+    slope = np.pi / 2 - 2.0 * np.arcsin(modulus)
+    start = np.stack([slope + 0.01, zero, -1.02 * quarter**2], axis=1)
+    first = march.first_states(rods, no, start)
+    assert first.good.all()
+    assert -first.states.u[:, 2] == pytest.approx(quarter**2, rel=1e-12)
+    assert first.rods.x1 == pytest.approx(2.0 * modulus / quarter, abs=1e-12)
+
+
+def test_the_march_agrees_with_itself_in_other_steps(monkeypatch):
+    rods = march_agreement.drawn(8, 11, Contact.LINE, RodSection.PLANAR)
+    curves = march_agreement.solve(rods)
+    assert all(curve.pieces for curve in curves)
+    first = march_agreement.marched(rods, curves)
+    monkeypatch.setattr(march, "STEPS", 60)
+    monkeypatch.setattr(march, "STRIDE", 0.055)
+    second = march_agreement.marched(rods, curves)
+    assert first.ends == second.ends and len(second.of) > len(first.of)
+    for rod in range(len(curves)):
+        ends = [paths.states.x0[paths.last(rod)] for paths in (first, second)]
+        locks = [march.largest_demand(paths, rod) for paths in (first, second)]
+        assert ends[0] == pytest.approx(ends[1], abs=1e-10)
+        assert locks[0] == pytest.approx(locks[1], abs=1e-10, nan_ok=True)
+    of, mu0 = np.arange(len(curves)), np.full(len(curves), 0.25)
+    onsets = [march.exits(paths, of, mu0).x0 for paths in (first, second)]
+    assert onsets[0] == pytest.approx(onsets[1], abs=1e-10, nan_ok=True)
+
+
+def test_a_curve_that_differs_is_noticed():
+    rods = march_agreement.drawn(1, 5, Contact.POINT, RodSection.PLANAR)
+    (curve,) = march_agreement.solve(rods)
+    other_lock = replace(curve, mu_lock=curve.mu_lock + 2e-9)
+    two = rods._replace(
+        theta=np.repeat(rods.theta, 2), eta=rods.eta - [0.0, 1e-7], mountings=rods.mountings * 2
+    )
+    found = march_agreement.compare(two, [other_lock, curve])
+    assert found.odd[0].startswith("x0_end") and found.odd[1].startswith("mu_lock")
+    assert "mu_lock differs by 2e-09" in " ".join(found.odd)
