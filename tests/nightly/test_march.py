@@ -44,7 +44,7 @@ def followed(theta, eta, mountings, curves, contact):
     kappa = np.array([(*m.coefficients, 0.0)[:2] for m in mountings])
     rods = march.Rods(theta, eta, beta, compliance, kappa, delta, np.zeros(len(theta)))
     first = [curve.state(0.0) for curve in curves]
-    line = np.array([curve.contact(0.0) == ["line"] for curve in curves])
+    line = np.array([curve.contact(0.0) == "line" for curve in curves])
     start = np.array(
         [float(s.s_c if lies else s.phi1) for s, lies in zip(first, line, strict=True)]
     )

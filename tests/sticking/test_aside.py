@@ -42,7 +42,7 @@ def test_onsets_and_locks_are_those_of_a_rod_that_is_kept_in_its_plane(contact):
 @pytest.mark.parametrize("mu0", [0.9, 2.0])
 def test_the_last_sticking_state_is_that_of_an_independent_shooting(theta, eta, mu0):
     curve = solve_curve(theta, eta)
-    state = curve.trailing_end(mu0).take(0)
+    state = curve.trailing_end(mu0)
     pulled = reference.solve_inclination(
         *(theta, eta, mu0), [np.pi - state.phi1 + 1e-6, -state.reaction_fy * 1.00001]
     )

@@ -80,7 +80,7 @@ def test_only_what_a_change_touches_is_made_anew(done, name):
     ("name", "text", "jobs"),
     [
         ("vibrissa/figures/style.py", "\n", SHOWN),
-        ("vibrissa/sticking/cycles.py", "\n", SOLVED),
+        ("vibrissa/sticking/curve.py", "\n", SOLVED),
         # What numpy tells of itself.
         ("numpy-99.dist-info/METADATA", "Name: numpy\nVersion: 99\n", SOLVED),
         ("pandas-99.dist-info/METADATA", "Name: pandas\nVersion: 99\n", SHOWN),
