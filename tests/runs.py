@@ -62,7 +62,11 @@ class Folder:
 
     def jobs(self, *arguments, **options):
         """What a run would do: number of jobs by rule."""
-        screen = self.run("-n", *arguments, **options)
+        return self.jobs_on(self.run("-n", *arguments, **options))
+
+    @staticmethod
+    def jobs_on(screen):
+        """Number of jobs by rule on the screen of a dry run."""
         found = {rule: int(n) for rule, n in re.findall(r"^(\w+) +(\d+)$", screen, re.M)}
         return {rule: n for rule, n in found.items() if rule not in ("all", "total")}
 

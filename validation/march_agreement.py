@@ -87,7 +87,7 @@ def drawn(count: int, seed: int, contact: Contact, section: RodSection) -> Sampl
 def marched(sample: Sample, curves: list[StickingCurve]) -> march.Paths:
     """Follow the rods; their first states are guessed from the curves."""
     first = [curve.state(0.0) for curve in curves]
-    line = np.array([curve.contact(0.0) == ["line"] for curve in curves])
+    line = np.array([curve.contact(0.0) == "line" for curve in curves])
     guess = [float(s.s_c if lies else s.phi1) for s, lies in zip(first, line, strict=True)]
     fy = np.array([float(state.reaction_fy) for state in first])
     n, mountings = len(curves), sample.mountings

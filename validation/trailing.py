@@ -94,13 +94,13 @@ def checked(
     curve: StickingCurve, mu0: float, random: np.random.Generator
 ) -> tuple[float, float] | None:
     """Return the difference of x0_trail (L) and the largest gap; None if x0_trail is unknown."""
-    trail = float(curve.trailing_end(mu0).x0[0])
+    trail = float(curve.trailing_end(mu0).x0)
     if not np.isfinite(trail):
         return None
     x0 = 2 * curve.x0_end - trail
     state = curve.state(np.array([x0])).take(0)
     s_c, offset = float(state.s_c), curve.x1_init - x0
-    contact = curve.contact(x0)[0]
+    contact = str(curve.contact(x0))
     growth = curve.theta * np.sqrt(float(state.f)) * s_c
     pulled = Pulled(curve.theta, curve.eta, mu0, contact, 1 + int(growth / GROWTH))
     inner = pulled.ends(s_c)[1:-1]

@@ -256,7 +256,8 @@ def test_the_command_tells_a_person_and_ci(tmp_path, stiction):
     status, screen = check(tmp_path)
     assert status == 2 and "stiction.parquet was made from another study file" in screen
     (tmp_path / "results/a/tables/stiction.parquet").unlink()
-    assert check(tmp_path)[1].endswith("has no file tables/stiction.parquet; run the study first\n")
+    missing = "has no file tables/stiction.parquet; run make study STUDY=a.yaml first\n"
+    assert check(tmp_path)[1].endswith(missing)
     (tmp_path / "a.yaml").write_text(STUDY.replace("[2]", "[0]"))
     status, screen = check(tmp_path)
     assert status == 2 and screen.startswith("error: a.yaml:2: grids.g.theta[0]: 0 is not allowed")

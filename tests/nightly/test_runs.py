@@ -98,7 +98,8 @@ rule mine:
     assert "Nothing to be done" in snakemake(tmp_path, "-n").stdout
     (tmp_path / "mine.yaml").write_text(study.replace("x1: 0.15", "x1: 0.16"))
     screen = snakemake(tmp_path, "-n").stdout
-    assert re.search("^sensor_states +1$", screen, re.M) and "sensor_chunk" not in screen
+    jobs = dict(re.findall(r"^sensor_(\w+) +(\d+)$", screen, re.M))
+    assert jobs == {"states": "1", "figure_own": "1"}
 
 
 def test_without_its_package_the_workflow_says_how_to_get_it(copied):
@@ -221,6 +222,12 @@ def test_a_script_of_the_user_is_an_input_of_its_figure(done):
     done.write("own.py", SCRIPT)
     done.run()
     assert (done.root / SUMMARY).exists() and not list(folder.glob("*.txt"))
+    # Also where Snakemake has no record, and the script is older than its figure.
+    shutil.rmtree(done.root / ".snakemake")
+    assert done.jobs() == {}
+    done.write("own.py", f"{SCRIPT}# edited\n")
+    os.utime(done.root / "own.py", (0, 0))
+    assert done.jobs() == {"figure_own": 1, "report": 1, "summary": 1}
 
 
 def test_points_that_fail_are_counted_and_with_strict_end_the_run(copied):

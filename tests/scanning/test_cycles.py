@@ -5,7 +5,7 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from vibrissa import Mounting, Status, solve_curve, stick_slip
+from vibrissa import Mounting, Status, solve_curve, solve_onset, stick_slip
 from vibrissa.outcomes import End
 from vibrissa.sticking.curve import failed_curve
 
@@ -48,9 +48,9 @@ def test_locked_scan_of_a_planar_rod_is_one_period_on_past_the_lock():
     scan = stick_slip(curve, D("0.5"), D("0.01"), cycles=9)
     assert scan.status is Status.LOCK
     assert set(scan.phase) == {"stick", "lock"} and set(scan.cycle) == {1}
-    (end,), ended = curve.motion_end(0.5)
+    end, ended = curve.motion_end(0.5)
     assert end is End.SNAPS
-    assert curve.x0_lock < ended.x0[0] - 0.01 < scan.clamp[-1] <= ended.x0[0]
+    assert curve.x0_lock < ended.x0 - 0.01 < scan.clamp[-1] <= ended.x0
     assert scan.shapes().residual.max() < 1e-11
 
 
@@ -64,7 +64,7 @@ def flipped():
 def test_a_round_rod_that_locks_swings_aside_and_is_dragged(flipped):
     curve, scan = flipped
     slips = [i for i, phase in enumerate(scan.phase) if phase == "slip"]
-    trail = float(curve.trailing_end(0.9).x0[0])
+    trail = float(curve.trailing_end(0.9).x0)
     # The trailing tip slips at the first step past the last sticking state.
     assert scan.clamp[slips[0]] - 0.004 <= trail < scan.clamp[slips[0]]
     period = int((trail - 2 * curve.x1_init) / 0.004) + 1
@@ -145,3 +145,19 @@ def test_a_tip_that_slips_on_a_second_rise_of_its_demand_stops_at_the_foot_of_th
     assert scan.state.alpha[slips] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert np.ptp(scan.clamp - scan.contact - scan.state.x0) < 1e-12
     assert scan.shapes().residual.max() < 1e-11
+
+
+@pytest.mark.parametrize("stage_angle", [0.0, 0.02])
+def test_a_scan_whose_rod_passes_through_the_surface_is_marked(stage_angle):
+    """As its onset is; on an oblique stage the rod is at other heights."""
+    mounting = Mounting(stage_angle=stage_angle)
+    through, lying = (
+        stick_slip(solve_curve(5.0, 0.85, mounting=mounting, contact=contact), 0.3, 0.001, 1)
+        for contact in ("point", "line")
+    )
+    assert solve_onset(5.0, 0.3, 0.85, 0.001, mounting=mounting).penetrates
+    assert through.penetrates and "warning      the rod passes through the surf" in repr(through)
+    assert not lying.penetrates and "warning" not in repr(lying)
+    short = stick_slip(solve_curve(2.0, 0.85), 0.3, 0.01, 2)
+    assert not short.penetrates
+    assert repr(short) == "outcome      complete: 7 rows, 2 slips"

@@ -120,7 +120,7 @@ def test_a_lock_ends_the_scan_where_nothing_further_is_computed(whisker, pull):
     assert f"locks at x = {contact:.6g} L, where mu0 = 0.8 and mu_lock = 0.4" in result.message
     assert result.message.endswith("the motion after that is not computed")
     assert result.phase[-1] == TipPhase.LOCK and set(result.side) == {TipSide.AHEAD}
-    end = float(response.curve.motion_end(0.8)[1].x0[0])
+    end = float(response.curve.motion_end(0.8)[1].x0)
     assert end - 0.001 < result.x0[-1] <= end
 
 

@@ -259,3 +259,13 @@ def test_a_number_gives_a_number_and_an_array_an_array():
         assert friction_from_travel(2, 0.85, onset, 0.001).low == pytest.approx(0.4)
         assert solve_onset(2, mu0, 0.85).x0_slip == onset
     assert curve.onset([0.4]).shape == (1,) and curve.state([[0.01]]).f.shape == (1, 1)
+    assert curve.contact(0.01) == "point" and curve.contact([[0.01, np.nan]]).tolist() == [
+        ["point", ""]
+    ]
+    assert curve.shapes(0.01, [0.0, 1.0]).x.shape == (2,)
+    assert curve.frequencies(0.01).shape == (2,) and curve.frequencies([[0.01]]).shape == (1, 1, 2)
+    assert curve.shapes([[0.01]], [0.0, 1.0]).x.shape == (1, 1, 2)
+    for states in (curve.trailing_end, lambda mu0: curve.motion_end(mu0)[1]):
+        assert isinstance(states(0.9).x0, float) and states([[0.9, 2.0]]).x0.shape == (1, 2)
+    assert curve.motion_end(0.9)[0] == "swings_aside"
+    assert curve.motion_end([0.9, 2.0])[0].tolist() == ["swings_aside"] * 2

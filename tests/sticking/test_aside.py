@@ -42,7 +42,7 @@ def test_onsets_and_locks_are_those_of_a_rod_that_is_kept_in_its_plane(contact):
 @pytest.mark.parametrize("mu0", [0.9, 2.0])
 def test_the_last_sticking_state_is_that_of_an_independent_shooting(theta, eta, mu0):
     curve = solve_curve(theta, eta)
-    state = curve.trailing_end(mu0).take(0)
+    state = curve.trailing_end(mu0)
     pulled = reference.solve_inclination(
         *(theta, eta, mu0), [np.pi - state.phi1 + 1e-6, -state.reaction_fy * 1.00001]
     )
@@ -57,11 +57,11 @@ def test_the_last_sticking_state_is_that_of_an_independent_shooting(theta, eta, 
 def test_in_line_contact_the_last_sticking_state_is_a_pulled_one(theta, eta):
     curve = solve_curve(theta, eta, contact="line")
     trail = curve.trailing_end(2 * curve.mu_lock)
-    x0 = 2 * curve.x0_end - float(trail.x0[0])
+    x0 = 2 * curve.x0_end - float(trail.x0)
     assert x0 < 0
     state = solve_state(theta, eta, curve.x1_init - x0, "line")
     assert state.reaction_fx == pytest.approx(-2 * curve.mu_lock * state.reaction_fy, rel=1e-8)
-    assert state.reaction_m == pytest.approx(-float(trail.reaction_m[0]), abs=1e-8)
+    assert state.reaction_m == pytest.approx(-float(trail.reaction_m), abs=1e-8)
 
 
 def test_the_last_sticking_state_grows_with_friction():

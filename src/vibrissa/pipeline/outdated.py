@@ -18,7 +18,7 @@ from vibrissa.tables import store
 
 CAPTIONS, REPORT = "figures/captions.md", "report.html"
 # A mark in a text, as a comment of HTML or Markdown.
-_MARK = re.compile(rb"<!-- made of ([0-9a-f]{16}) -->")
+_MARK = re.compile(rb"<!-- made of ([0-9a-f-]+) -->")
 # Bytes at the end of a file in which its mark is.
 _TAIL = 200
 # What a figure that could not be drawn leaves beside its files: a text with the reason.
@@ -28,7 +28,10 @@ SHOWN = 5
 
 
 def marks(study: Study) -> dict[str, str]:
-    """Return the marks of captions and report: digests of all that determines them."""
+    """Return the marks of captions and report: digests of all that determines them.
+
+    The mark of the report begins with the digest of the scripts that draw figures.
+    """
     folder = study.folder
     scripts = {
         name: sha256((folder / figure.script).read_bytes()).hexdigest()
@@ -36,8 +39,11 @@ def marks(study: Study) -> dict[str, str]:
         if figure.script
     }
     figures = {name: {**one, "script": None} for name, one in study.figure_params.items()}
-    drawn = (display_code(), figures, scripts)
-    return {CAPTIONS: _digest(drawn), REPORT: _digest((*drawn, study.title, study.text))}
+    drawn = (display_code(), figures)
+    return {
+        CAPTIONS: _digest(drawn),
+        REPORT: f"{_digest(scripts)}-{_digest((*drawn, study.title, study.text))}",
+    }
 
 
 def _digest(content: object) -> str:
@@ -49,11 +55,17 @@ def marked(mark: str) -> str:
     return f"<!-- made of {mark} -->\n"
 
 
-def _has_mark(path: Path, mark: str) -> bool:
+def _mark_of(path: Path) -> str:
+    """Return the mark of a file; empty if it has none."""
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - _TAIL))
         found = _MARK.findall(file.read())
-    return found[-1:] == [mark.encode()]
+    return found[-1].decode() if found else ""
+
+
+def _scripts_in(mark: str) -> str:
+    """Return the part of the report's mark that is the digest of the scripts."""
+    return mark.partition("-")[0]
 
 
 def outdated(folder: Path, study: Study) -> dict[Path, str]:
@@ -87,8 +99,13 @@ def outdated(folder: Path, study: Study) -> dict[Path, str]:
             found |= dict(_outdated_tables(folder, chunks))
     for name, mark in marks(study).items():
         path = folder / name
-        if path.is_file() and not _has_mark(path, mark):
-            found[path] = "was made by other code or from another study file"
+        if not path.is_file() or (made := _mark_of(path)) == mark:
+            continue
+        found[path] = "was made by other code or from another study file"
+        if name == REPORT and _scripts_in(made) != _scripts_in(mark):
+            scripted = [name for name, figure in study.figures.items() if figure.script]
+            reason = "was drawn by another script"
+            found |= {folder / f"figures/{name}.png": reason for name in scripted}
     for name in study.figures:
         if (folder / f"figures/{name}{FAILED}").is_file():
             found[folder / f"figures/{name}.png"] = "shows why it could not be drawn"

@@ -257,6 +257,11 @@ class HeightRange:
         touches = [one.curve.x0_touch for part in self.parts for one in part.branches]
         return min(filter(np.isfinite, touches), default=np.inf)
 
+    @property
+    def x0_through(self) -> float:
+        """Least `Response.x0_through` of the solved heights (L)."""
+        return min(one.x0_through for part in self.parts for one in part.branches)
+
     def part_of(self, eta: ArrayLike) -> IntArray:
         """Find the number of the part in which each height lies."""
         inner = [part.low for part in self.parts[1:]]

@@ -18,7 +18,7 @@ from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import ONSET_ACCURACY
-from vibrissa.outcomes import End, Status
+from vibrissa.outcomes import Contact, End, Status
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import StickingCurve
@@ -165,6 +165,15 @@ class Response(States):
     def x1_init(self) -> float:
         """See `States`."""
         return self.curve.x1_init
+
+    @property
+    def x0_through(self) -> float:
+        """Displacement from which on the rod passes through the surface (L).
+
+        Infinite if it does not; a rod in line contact lies down instead.
+        """
+        goes = self.curve.contact_model is Contact.POINT and np.isfinite(self.curve.x0_touch)
+        return self.curve.x0_touch if goes else np.inf
 
     @cached_property
     def kinks(self) -> FloatArray:

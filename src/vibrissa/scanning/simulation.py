@@ -25,6 +25,7 @@ from vibrissa.scanning.slip import Flight, Lost, Rest, Slip, SlipLaw
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.tip import ClampPath, Margin, Tip
+from vibrissa.sticking.api import PENETRATES
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.reading import mirrored
 from vibrissa.wording import counted
@@ -122,7 +123,7 @@ class Outcome(StrEnum):
     FAILED = "failed"
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Scan(Batch):
     """States of a scan, one row for each step of the clamp.
 
@@ -217,6 +218,29 @@ class Scan(Batch):
     def periods(self) -> Periods:
         """Periods of sticking, from one slip to the next."""
         return periods_of(self.ends, self.clamp)
+
+    @property
+    def penetrates(self) -> bool:
+        """Whether the rod passes through the surface in one of the steps, as no real rod does.
+
+        On an oblique stage: whether x0 is so large that it does at one of the solved heights.
+        """
+        if self.stage is None:
+            return False
+        through = self.stage.rod.x0_through
+        return bool(through == 0.0 or (self._sign * self.x0 > through).any())
+
+    @property
+    def marks(self) -> list[str]:
+        """What makes the scan no scan of a real rod."""
+        return [PENETRATES] if self.penetrates else []
+
+    def __repr__(self) -> str:
+        """Return outcome, numbers of steps and slips, message and marks."""
+        counts = f"{counted(len(self), 'row')}, {counted(self.slips, 'slip')}"
+        lines = [f"{'outcome':<12} {self.outcome.value}: {counts}"]
+        lines += [f"{'message':<12} {self.message}"] if self.message else []
+        return "\n".join([*lines, *(f"{'warning':<12} {mark}" for mark in self.marks)])
 
     @property
     def _sign(self) -> IntArray:

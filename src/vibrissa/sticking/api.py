@@ -31,6 +31,8 @@ from vibrissa.sticking.stiction import Stiction, read_curve
 from vibrissa.sticking.vibration import check_vibration
 
 PULLED = "the tip has left the surface, which would have to pull it"
+# What is said of rods in point contact that do what no real rod does.
+PENETRATES = "the rod passes through the surface: contact='line' lets it lie on it"
 # Largest taper factor (1 mm at the clamp, 20 µm at the tip): few rods with a larger one are solved.
 MOST_TAPER = 50.0
 # Number of cached curves, some kilobytes each: calls that vary mu0 alone need the same curve.
@@ -221,7 +223,7 @@ def _marks(penetrates: bool, state: ContactState) -> list[str]:
     """Describe why a rod does not take this state although it is an equilibrium."""
     marks = []
     if penetrates:
-        marks.append("the rod passes through the surface: contact='line' lets it lie on it")
+        marks.append(PENETRATES)
     if state.stability < 0.0:
         marks.append("the state is unstable in its plane: the rod snaps before")
     if state.stability_aside < 0.0:

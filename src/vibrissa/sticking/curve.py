@@ -15,7 +15,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.shape import Shape
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray, StrArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion
 from vibrissa.sticking.piece import AHEAD, NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.reading import CurveArray
@@ -153,17 +153,24 @@ class StickingCurve:
         [28.6785 69.1792]
         """
         motion = check_vibration(count, tip)
-        rows = self.state(np.ravel(x0))
-        line = np.array([kind == Contact.LINE for kind in self.contact(rows.x0)])
+        x0 = np.asarray(x0, dtype=float)
+        rows = self.state(x0.ravel())
+        line = np.asarray(self.contact(rows.x0)) == Contact.LINE
         found = state_frequencies(self.theta, self.mounting, rows, line, count, motion)
-        return found.reshape(*np.shape(x0), count)
+        return found.reshape(*x0.shape, count)
 
-    def contact(self, x0: ArrayLike) -> list[str]:
-        """Kind of contact, ``point`` or ``line``, at displacements; empty where x0 is NaN."""
-        x0 = np.atleast_1d(np.asarray(x0, dtype=float))
-        if not self.pieces:
-            return [""] * len(x0)
-        return self._alone.contact(_first(x0), x0)
+    def contact(self, x0: ArrayLike) -> str | StrArray:
+        """Kind of contact, ``point`` or ``line``, at displacements; empty where x0 is NaN.
+
+        Returns
+        -------
+        str or ndarray of str, shape x0.shape
+        """
+        x0 = np.asarray(x0, dtype=float)
+        rows = x0.ravel() if self.pieces else np.full(x0.size, np.nan)
+        kinds = np.array(self._alone.contact(_first(rows), rows), dtype=np.str_)
+        found: str | StrArray = kinds.reshape(x0.shape)[()]
+        return found
 
     def state(self, x0: ArrayLike) -> StickingState:
         """Sticking states at displacements between `x0_pull` and `x0_end` (L).
@@ -188,17 +195,19 @@ class StickingCurve:
                 f"{x0.tolist()}"
             )
         states = self._alone.states(_first(x0.ravel()), x0.ravel())
-        return states.each(lambda values: values.reshape(x0.shape)[()])
+        return _shaped(states, x0.shape)
 
     def mobilised_friction(self, x0: ArrayLike) -> FloatArray:
         """Mobilised friction −tan α at displacements (L); infinite where the tip lifts off."""
         return self.state(x0).mobilised_friction
 
-    def shapes(self, x0: FloatArray, s: FloatArray) -> Shape:
-        """Deformed shapes at displacements between `x0_pull` and `x0_end`, shape (n,) (L).
+    def shapes(self, x0: ArrayLike, s: ArrayLike) -> Shape:
+        """Deformed shapes at displacements, each an array of shape x0.shape + (points,).
 
         Parameters
         ----------
+        x0 : float or ndarray
+            Displacements between `x0_pull` and `x0_end` (L).
         s : ndarray, shape (points,)
             Arc lengths between 0 and 1, increasing (L).
 
@@ -207,11 +216,13 @@ class StickingCurve:
         ArgumentError
             As in `state`.
         """
-        x0 = np.asarray(x0, dtype=float)
-        state = self.state(x0)
+        x0, s = np.asarray(x0, dtype=float), np.asarray(s, dtype=float)
+        rows, state = x0.ravel(), self.state(x0.ravel())
         if self.method == Solver.SHOOTING:
-            return self._integrated(state, s)
-        return self._alone.shapes(_first(x0), x0, s)
+            found = self._integrated(state, s)
+        else:
+            found = self._alone.shapes(_first(rows), rows, s)
+        return Shape(*(values.reshape(*x0.shape, len(s)) for values in found))
 
     def rod_states(self, x0: FloatArray) -> Iterator[RowStates]:
         """Yield the states of the rod at displacements on the curve, shape (n,), piece by piece."""
@@ -255,18 +266,19 @@ class StickingCurve:
         if np.any(~(mu0 > 0.0)):
             raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
         self._need_states("onset")
-        # [()] makes a number of an array without axes: a number for a number.
+        # [()] makes a number of an array without axes.
         return self._alone.onset(_first(mu0.ravel()), mu0.ravel()).reshape(mu0.shape)[()]
 
-    def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
+    def motion_end(self, mu0: ArrayLike) -> tuple[End | ObjectArray, StickingState]:
         """How sticking of a locked tip ends, and in which state.
 
         Returns
         -------
-        ends : list of End
+        ends : End, or ndarray of End with shape mu0.shape
             ``slips_back`` if tan α reaches +μ0; else the `end` of the curve.
         states : StickingState
-            States in which sticking ends; NaN if the curve was not followed to its end.
+            States in which sticking ends, with columns of the shape of `mu0`; NaN if the curve was
+            not followed to its end.
 
         Raises
         ------
@@ -276,24 +288,32 @@ class StickingCurve:
         self._need_states("end")
         if self.status is not Status.SOLVED:
             raise ArgumentError(f"the lock of this curve is not known: {self.message}")
-        mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
+        mu0 = np.asarray(mu0, dtype=float)
         if np.any(np.isfinite(self.onset(mu0))):
             raise ArgumentError(f"mu0 must exceed mu_lock = {self.mu_lock:.6g}, got {mu0!r}")
-        return self._alone.motion_end(_first(mu0), mu0)
+        ends, states = self._alone.motion_end(_first(mu0.ravel()), mu0.ravel())
+        found: End | ObjectArray = np.array(ends, dtype=object).reshape(mu0.shape)[()]
+        return found, _shaped(states, mu0.shape)
 
     def trailing_end(self, mu0: ArrayLike) -> StickingState:
         """States in which the tip slips while it trails behind the clamp, after lateral buckling.
 
         Each μ0 must exceed μ_lock. x0 counts from the α = 0 state before the buckling. NaN if the
-        rod does not buckle, or if this curve has no state at x0 < 0 in which the tip slips.
+        rod does not buckle, or if this curve has no state at x0 < 0 in which the tip slips. The
+        columns have the shape of `mu0`.
         """
-        mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
-        return self._alone.trailing_end(_first(mu0), mu0)
+        mu0 = np.asarray(mu0, dtype=float)
+        return _shaped(self._alone.trailing_end(_first(mu0.ravel()), mu0.ravel()), mu0.shape)
 
 
 def _first(rows: FloatArray) -> IntArray:
     """Return the index of the only curve, 0, for each row."""
     return np.zeros(len(rows), dtype=np.int64)
+
+
+def _shaped(states: StickingState, shape: tuple[int, ...]) -> StickingState:
+    """Give the columns of states another shape; [()] makes a number of an array without axes."""
+    return states.each(lambda values: values.reshape(shape)[()])
 
 
 def failed_curve(

@@ -10,11 +10,31 @@ from typing import Any
 import yaml
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import ScalarNode
+from ruamel.yaml.resolver import VersionedResolver
 
 from vibrissa.errors import StudyError
 
+_DATE = "tag:yaml.org,2002:timestamp"
 # Characters of a wrong value that a message shows.
 SHOWN = 60
+
+
+class _Resolver(VersionedResolver):
+    """Leave 2024_01_15 and 2024-01-15 as texts, as YAML 1.2 has neither such numbers nor dates."""
+
+    def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+        found = super().resolve(kind, value, implicit)
+        if kind is ScalarNode and implicit[0] and ("_" in value or str(found) == _DATE):
+            return self.DEFAULT_SCALAR_TAG
+        return found
+
+
+def _parsed(text: str) -> Any:
+    """Parse a document in YAML 1.2."""
+    reader = YAML(typ="safe", pure=True)
+    reader.Resolver = _Resolver
+    return reader.load(text)
 
 
 def text_of(path: Path) -> str:
@@ -45,7 +65,7 @@ def loaded(path: Path, text: str) -> dict[Any, Any]:
         If it is not valid YAML, or has no keys; the message has the file and the line.
     """
     try:
-        document = YAML(typ="safe", pure=True).load(text)
+        document = _parsed(text)
     except MarkedYAMLError as error:
         line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
         reason = error.problem or error.context
@@ -76,7 +96,7 @@ def changes_of(entries: Iterable[str]) -> dict[str, Any]:
     for entry in entries:
         key, _, text = entry.partition("=")
         try:
-            found[key] = YAML(typ="safe", pure=True).load(text)
+            found[key] = _parsed(text)
         except (YAMLError, ValueError) as error:
             reason = getattr(error, "problem", None) or " ".join(str(error).split())
             raise StudyError(f"--config: {entry}: not valid YAML: {reason}") from None
