@@ -153,11 +153,11 @@ class StickingCurve:
         [28.6785 69.1792]
         """
         motion = check_vibration(count, tip)
-        states = self.state(x0)
-        rows = states.each(np.ravel)
+        at = np.asarray(x0, dtype=float)
+        rows = self.state(at.ravel())
         line = np.array([kind == Contact.LINE for kind in self.contact(rows.x0)])
         found = state_frequencies(self.theta, self.mounting, rows, line, count, motion)
-        return found.reshape(*states.x0.shape, count)
+        return found.reshape(*at.shape, count)
 
     def contact(self, x0: ArrayLike) -> list[str]:
         """Kind of contact, ``point`` or ``line``, at displacements; empty where x0 is NaN."""

@@ -1,4 +1,4 @@
-"""The bounds of the parameters: at each of them there is a rod on its stage, a little beyond none."""
+"""The bounds of the parameters: at each of them there is a rod, a little beyond there is none."""
 
 import numpy as np
 import pytest
