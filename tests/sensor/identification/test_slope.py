@@ -1,5 +1,7 @@
 """The slope of the surface: what it does to friction, and how it adds up in a mean."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson
@@ -7,12 +9,14 @@ from scipy.integrate import cumulative_simpson
 from responses import respond
 from steel import NOISE, identified, measured, recording_of
 from validation.sensor import laboratory
+from validation.sensor.bench import scan
 from validation.sensor.laboratory import ROWS, Said, recorded
+from validation.sensor.mistakes import bench_of
 from vibrissa.mechanics.rod import Rod
 from vibrissa.scanning import surfaces
 from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import path
-from vibrissa.sensor import Method, Whisker
+from vibrissa.sensor import Method, Whisker, identify
 from vibrissa.sensor.identification import fit
 from vibrissa.sensor.identification.slope import Slope
 
@@ -104,6 +108,30 @@ def test_heights_are_what_slopes_add_up_to():
     some = np.array([0, 60, 240, 400])
     expected = rises[np.ix_(some, some)] + rises[-1, -1]
     assert SLOPE.heights(fine[some]) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_wave_of_more_slope_is_doubted_and_no_other_quantity_explains_it():
+    bench = bench_of(1)
+    bench = replace(bench, friction=replace(bench.friction, wave=0.0))
+    bench = replace(bench, slope=np.deg2rad(1.8), slope_length=0.2, slope_phase=1.0)
+    found = scan(bench, laboratory.STEP, [0.6], laboratory.NOISE, 1)
+    stated = laboratory.believed(noise=laboratory.in_words(laboratory.NOISE))
+    recording = recording_of(found.stage, found.readings)
+    doubted = identify(stated, recording)
+    assert "rises and falls by more than surface_slope allows" in str(doubted.summary())
+    assert (doubted.periods.grade == "doubtful").all()
+    # The wave is an error of no other quantity, such as a zero that drifts, and the rod fits.
+    assert max(one.surprise for one in doubted.estimates) < 3.0
+    assert doubted.goodness.chance > 1e-3
+    stated = laboratory.believed(
+        noise=laboratory.in_words(laboratory.NOISE), tolerances={"surface_slope": "1.8 deg"}
+    )
+    allowed = identify(stated, recording).periods
+    known = allowed.status == "slip"
+    mu0 = found.mu0[allowed.last[known]]
+    inside = (allowed.low[known] <= mu0) & (mu0 <= allowed.high[known])
+    assert set(allowed.doubt) == {""} and inside.mean() > 0.9
 
 
 @pytest.mark.slow

@@ -19,19 +19,19 @@ def drawn(generator, factor=1.0):
 
 def test_the_chance_of_allowed_heights_is_seldom_small():
     generator = np.random.default_rng(1)
-    chances = [unevenness_of(drawn(generator), ALLOWED, ERROR).chance for _ in range(500)]
+    chances = [unevenness_of(drawn(generator), ALLOWED, np.diag(ERROR)).chance for _ in range(500)]
     # The sum of two tests is conservative where both find the same.
     assert 0.005 < np.mean(np.array(chances) < 0.05) < 0.08
 
 
 def test_slopes_three_times_as_large_are_found_where_chi_squared_is_not_enough():
     generator = np.random.default_rng(2)
-    found = [unevenness_of(drawn(generator, 3.0), ALLOWED, ERROR) for _ in range(100)]
+    found = [unevenness_of(drawn(generator, 3.0), ALLOWED, np.diag(ERROR)) for _ in range(100)]
     assert np.mean([one.chance < 1e-3 for one in found]) > 0.6
 
 
 def test_heights_that_scatter_from_place_to_place_are_found():
     rough = 2.0 * np.sqrt(ERROR) * np.random.default_rng(3).normal(size=60)
-    assert unevenness_of(rough, ALLOWED, ERROR).chance < 1e-3
-    flat = unevenness_of(np.zeros(60), ALLOWED, ERROR)
+    assert unevenness_of(rough, ALLOWED, np.diag(ERROR)).chance < 1e-3
+    flat = unevenness_of(np.zeros(60), ALLOWED, np.diag(ERROR))
     assert flat.chance == pytest.approx(1.0) and flat.number == 60

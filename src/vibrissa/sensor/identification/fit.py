@@ -4,6 +4,11 @@ The parameters p minimise χ²(p) + Σ (p/σ)², where σ are the tolerances. Fo
 its best u(p), where u is x0 in the last sample of the period (variable projection: Golub and
 Pereyra, 1973). The errors of p that remain have the covariance C = (JᵀJ + 1/σ²)⁻¹ with
 J = ∂(residuals)/∂p, by Bayes' theorem for normal errors.
+
+On an uneven surface each tip has a height of its own, with the variance a that the tolerance of the
+slope allows. With the derivative g of a period's residuals r by this height, r has the covariance
+1 + a·ggᵀ. Residuals and J are multiplied by its inverse root, so that a height that differs from
+place to place is not explained by p.
 """
 
 from dataclasses import dataclass, replace
@@ -65,10 +70,10 @@ def unevenness_of(height: FloatArray, surface: FloatArray, error: FloatArray) ->
     height : ndarray, shape (n,)
     surface : ndarray, shape (n, n)
         K (L²).
-    error : ndarray, shape (n,)
-        Diagonal of V (L²).
+    error : ndarray, shape (n, n)
+        V (L²).
     """
-    root = np.linalg.cholesky(surface + np.diag(error))
+    root = np.linalg.cholesky(surface + error)
     scaled = np.linalg.solve(root, height)
     part = np.linalg.solve(root, np.linalg.solve(root, surface).T)
     mean, square = float(np.trace(part)), float((part**2).sum())
@@ -205,11 +210,44 @@ class Fit:
         """Deviations p of the f fitted parameters, over their tolerances σ, shape (f,)."""
         return np.asarray(self.p[self.free] / self.sigma[self.free])
 
+    @property
+    def by_height(self) -> FloatArray:
+        """Derivatives of the readings by the height of the tip; see `Changes.readings`, (n, c)."""
+        return np.asarray(self.by_setup.readings[self.task.number["eta"]])
+
+    @cached_property
+    def allowed(self) -> float:
+        """Variance of the height of a tip that the tolerance of the slope allows (L²)."""
+        return float(self.task.slope.rise(np.ptp(self.task.ends.clamp)))
+
+    def levelled(self, values: FloatArray) -> FloatArray:
+        """Multiply values (n, c) of the blocks by the inverse root of 1 + a·ggᵀ; see this module.
+
+        On a plane surface these are the values.
+        """
+        if not self.task.slope.deviation:
+            return values
+        blocks, along = self.task.blocks, self.by_height
+        square = np.maximum(blocks.sums((along**2).sum(axis=1)), TINY)
+        less = (1.0 / np.sqrt(1.0 + self.allowed * square) - 1.0) / square
+        part = blocks.sums((along * values).sum(axis=1)) * less
+        return np.asarray(values + along * part[blocks.period][:, None])
+
+    @cached_property
+    def misses(self) -> FloatArray:
+        """The `residuals` that the height of no tip explains, `levelled`, shape (n, c)."""
+        return self.levelled(self.residuals)
+
+    @property
+    def changes(self) -> FloatArray:
+        """Derivatives of the readings by each parameter, `levelled`, shape (k, n, c)."""
+        return np.stack([self.levelled(one) for one in self.by_setup.readings])
+
     @cached_property
     def jacobian(self) -> FloatArray:
-        """Jᵀ: derivatives of m residuals of fitted periods with respect to p/σ, shape (f, m)."""
+        """Jᵀ: derivatives of m `misses` of fitted periods with respect to p/σ, shape (f, m)."""
         size, sigma = int(self.free.sum()), self.sigma[self.free]
-        return -self.by_setup.readings[self.free][:, self.rows].reshape(size, -1) * sigma[:, None]
+        return -self.changes[self.free][:, self.rows].reshape(size, -1) * sigma[:, None]
 
     @cached_property
     def normal(self) -> FloatArray:
@@ -232,7 +270,7 @@ class Fit:
     @property
     def total(self) -> float:
         """The minimised sum: χ² of the fitted periods plus Σ (p/σ)²."""
-        return float(self.squares[self.kept].sum() + (self.scores**2).sum())
+        return float((self.misses[self.rows] ** 2).sum() + (self.scores**2).sum())
 
     @property
     def degrees(self) -> int:
@@ -255,9 +293,17 @@ class Fit:
 
         The height is counted from the plane surface of the set-up. Both have the shape (p,).
         """
-        blocks, change = self.task.blocks, self.by_setup.readings[self.task.number["eta"]]
+        blocks, change = self.task.blocks, self.by_height
         known = np.maximum(blocks.sums((change**2).sum(axis=1)), 1.0)
         return blocks.sums((change * self.residuals).sum(axis=1)) / known, 1.0 / known
+
+    @cached_property
+    def moves_of_heights(self) -> FloatArray:
+        """Derivatives of the estimated heights with respect to each parameter, shape (p, k)."""
+        _, variance = self.heights_of_tips
+        sums, along = self.task.blocks.sums, self.by_height
+        each = [sums((one * along).sum(axis=1)) for one in self.by_setup.readings]
+        return np.asarray(-np.stack(each, axis=1) * variance[:, None])
 
     @cached_property
     def misfits(self) -> FloatArray:
@@ -278,7 +324,10 @@ class Fit:
         kept = np.flatnonzero(self.kept)
         some = kept[:: -(-len(kept) // MOST_HEIGHTS)]
         height, variance = (one[some] for one in self.heights_of_tips)
-        return unevenness_of(height, self.task.slope.heights(self.task.ends.clamp[some]), variance)
+        # The set-up moves all heights together.
+        moves = self.moves_of_heights[some][:, self.free]
+        error = np.diag(variance) + moves @ self.covariance @ moves.T
+        return unevenness_of(height, self.task.slope.heights(self.task.ends.clamp[some]), error)
 
     @property
     def misfit(self) -> float:
@@ -317,15 +366,14 @@ def fitted(start: Fit) -> Fit:
 
 def searched(start: Fit) -> Fit:
     """Fit the set-up by Gauss-Newton steps; return the given set-up if they do not converge."""
-    best = replace(start, settled=not start.free.any())
+    best, settled = start, not start.free.any()
     for _ in range(MOST_STEPS):
-        if best.settled:
-            return best
-        better = _better(best)
+        better = None if settled else _better(best)
         if better is None:
             break
-        best = replace(better, settled=best.total - better.total < SETTLED * best.total)
-    return best if best.settled else replace(start, settled=False)
+        settled = best.total - better.total < SETTLED * best.total
+        best = better
+    return replace(best if settled else start, settled=settled)
 
 
 def _better(fit: Fit) -> Fit | None:
@@ -337,7 +385,7 @@ def _better(fit: Fit) -> Fit | None:
     low, high = _bounds(fit)
     try:
         root = np.linalg.cholesky(fit.normal).T
-        slope = fit.jacobian @ fit.residuals[fit.rows].ravel() + fit.scores
+        slope = fit.jacobian @ fit.misses[fit.rows].ravel() + fit.scores
         aim, within = -np.linalg.solve(root.T, slope), (low - fit.scores, high - fit.scores)
         step = lsq_linear(root, aim, within, method="bvls").x
     except NoResponseError:

@@ -177,7 +177,7 @@ def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
     quantities that are not exact.
     """
     free, settled = fit.free, fit.settled and bool(fit.free.any())
-    changes, miss = fit.by_setup.readings[:, fit.rows], fit.residuals[fit.rows]
+    changes, miss = fit.changes[:, fit.rows], fit.misses[fit.rows]
     along, known = (changes * miss).sum(axis=(1, 2)), (changes**2).sum(axis=(1, 2))
     if settled:
         shared = fit.jacobian @ changes.reshape(len(changes), -1).T

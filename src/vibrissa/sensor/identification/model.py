@@ -1,6 +1,7 @@
 """Friction by the model of the rod: one fit of the set-up and all contacts to all channels."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,10 +9,17 @@ from vibrissa.errors import WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.factors import likely_factor
 from vibrissa.sensor.identification.fit import Fit, fitted, started
-from vibrissa.sensor.identification.goodness import Goodness, causes_of, estimates_of
+from vibrissa.sensor.identification.goodness import (
+    SOUGHT,
+    Cause,
+    Goodness,
+    causes_of,
+    estimates_of,
+)
 from vibrissa.sensor.identification.mixing import MISFIT, StateTable
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus, periods_of
 from vibrissa.sensor.identification.result import Identification
+from vibrissa.sensor.identification.screw import pitch_error_of
 from vibrissa.sensor.identification.slips import check_slips
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation
@@ -52,11 +60,18 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
         covariance=fit.covariance,
         slope=task.slope,
         goodness=goodness,
-        causes=causes_of(fit, goodness.fits) if doubted else (),
+        causes=_causes(fit, goodness.fits) if doubted else (),
     )
     if not (goodness.fits or periods.coarse):
         found = found.noted(*task.noisier())
     return found.doubted(unfitted(found, fit.settled)) if doubted else found
+
+
+def _causes(fit: Fit, fits: bool) -> tuple[Cause, ...]:
+    """Find likely causes of a misfit, a repeated error of the positions included."""
+    repeated = None if fits else pitch_error_of(fit)
+    found = (*causes_of(fit, fits), *([] if repeated is None else [repeated]))
+    return tuple(sorted(found, key=lambda one: -one.explained)[:SOUGHT])
 
 
 def unfitted(found: Identification, settled: bool = True) -> Check:
@@ -123,8 +138,8 @@ def read_periods(fit: Fit) -> Periods:
     own = np.sqrt(1.0 / fit.known + fit.task.recording.position**2 / 2.0 + late**2)
     by_noise = np.abs(slope) * own
     effects = fit.by_setup.friction + slope[:, None] * fit.by_setup.u
-    by_height, left = _by_height(fit, effects[:, fit.task.number["eta"]])
-    effects = effects[:, fit.free]
+    heights = _by_height(fit, effects[:, fit.task.number["eta"]])
+    effects = (effects + heights.effects)[:, fit.free]
     common = common_deviation(effects, fit.covariance)
     along = fit.set_up.friction(fit.u)
     # The tip slips only between the end of pulling and the lock, with friction against its motion.
@@ -132,10 +147,10 @@ def read_periods(fit: Fit) -> Periods:
     possible = last + HALF_WIDTH * own > states.x0_pull[:, 1]
     possible &= first - HALF_WIDTH * own < states.x0_lock[:, 1]
     possible &= along.max(axis=1) >= -HALF_WIDTH * by_noise
-    along = np.where(possible[:, None], along + by_height[:, None], np.nan)
-    periods = periods_of(fit.task, along, np.hypot(by_noise, left), common, effects)
+    along = np.where(possible[:, None], along + heights.change[:, None], np.nan)
+    periods = periods_of(fit.task, along, np.hypot(by_noise, heights.left), common, effects)
     least, past = _least(fit, own)
-    least += by_height - HALF_WIDTH * common
+    least += heights.change - HALF_WIDTH * common
     opened = fit.task.spans.opened
     # Past the lock the tip can slip if the clamp goes back, but not if it goes on.
     locked = fit.task.spans.swung | (past & (opened | (sign > 0.0)))
@@ -149,14 +164,34 @@ def read_periods(fit: Fit) -> Periods:
     return replace(periods.ended(status, least), contact=fit.set_up.contact(fit.u))
 
 
-def _by_height(fit: Fit, effect: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Change of μ0 due to the surface's height at each tip; standard deviation of this change."""
+class _ByHeight(NamedTuple):
+    """Change of μ0 in p periods due to the height of the surface at each tip.
+
+    Attributes
+    ----------
+    change, left : ndarray, shape (p,)
+        The change, and its standard deviation for a known set-up.
+    effects : ndarray, shape (p, k)
+        Derivatives of the change with respect to each parameter.
+    """
+
+    change: FloatArray
+    left: FloatArray
+    effects: FloatArray
+
+
+def _by_height(fit: Fit, effect: FloatArray) -> _ByHeight:
+    """Estimate the change of μ0 due to the heights, where μ0 changes by `effect` per height."""
+    none = np.zeros(len(fit.u))
     if not (fit.task.slope.deviation and fit.settled):
-        return np.zeros(len(fit.u)), np.zeros(len(fit.u))
+        return _ByHeight(change=none, left=none, effects=none[:, None])
     height, variance = fit.heights_of_tips
-    allowed = fit.task.slope.rise(np.ptp(fit.task.ends.clamp))
-    part = allowed / (allowed + variance)
-    return effect * part * height, np.abs(effect) * np.sqrt(part * variance)
+    part = fit.allowed / (fit.allowed + variance)
+    return _ByHeight(
+        change=effect * part * height,
+        left=np.abs(effect) * np.sqrt(part * variance),
+        effects=(effect * part)[:, None] * fit.moves_of_heights,
+    )
 
 
 def _least(fit: Fit, own: FloatArray) -> tuple[FloatArray, BoolArray]:

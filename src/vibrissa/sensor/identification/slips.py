@@ -244,7 +244,10 @@ def _saw_teeth(falls: FloatArray) -> bool:
         return False
     kinds = [(np.median(one), np.median(np.abs(one - np.median(one)))) for one in (slips, rises)]
     (slip, of_slips), (rise, of_rises) = kinds
-    return bool(max(of_slips, of_rises) < DISTINCT * (slip - rise))
+    # Noise below the resolution has few values, too: most of them are equal.
+    return bool(TINY < min(of_slips, of_rises)) and bool(
+        max(of_slips, of_rises) < DISTINCT * (slip - rise)
+    )
 
 
 def usual_step(clamp: FloatArray) -> float:
