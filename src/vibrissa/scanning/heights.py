@@ -342,11 +342,12 @@ class HeightStates(States):
 
     def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shape:
         """See `States`."""
-        found, part_of = np.empty((3, len(x0), len(s))), self.heights.part_of(self.eta)
+        eta = np.broadcast_to(self.eta, x0.shape)
+        found, part_of = np.empty((3, len(x0), len(s))), self.heights.part_of(eta)
         for number, part in enumerate(self.heights.parts):
             on = part_of == number
             if on.any():
-                found[:, on] = part.shapes(x0[on], offset[on], self.eta[on], s)
+                found[:, on] = part.shapes(x0[on], offset[on], eta[on], s)
         return Shape(*found)
 
     def state(self, x0: FloatArray) -> StickingState:

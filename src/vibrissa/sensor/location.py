@@ -68,6 +68,8 @@ def locate(whisker: Whisker, readings: "Path | DataFrame") -> Located:
 
     Parameters
     ----------
+    whisker : Whisker
+        The rod, its mounting and its height.
     readings : Path or DataFrame
         Table with the columns footpoint, force_x, force_y and moment_z.
 

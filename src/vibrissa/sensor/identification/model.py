@@ -144,8 +144,12 @@ def read_periods(fit: Fit) -> Periods:
     along = fit.set_up.friction(fit.u)
     # The tip slips only between the end of pulling and the lock, with friction against its motion.
     first, last = np.sort(x0, axis=1)[:, [0, -1]].T
-    possible = last + HALF_WIDTH * own > states.x0_pull[:, 1]
-    possible &= first - HALF_WIDTH * own < states.x0_lock[:, 1]
+    # On a level stage all periods have the same height.
+    x0_pull, x0_lock = (
+        np.broadcast_to(at, x0.shape)[:, 1] for at in (states.x0_pull, states.x0_lock)
+    )
+    possible = last + HALF_WIDTH * own > x0_pull
+    possible &= first - HALF_WIDTH * own < x0_lock
     possible &= along.max(axis=1) >= -HALF_WIDTH * by_noise
     along = np.where(possible[:, None], along + heights.change[:, None], np.nan)
     periods = periods_of(fit.task, along, np.hypot(by_noise, heights.left), common, effects)
