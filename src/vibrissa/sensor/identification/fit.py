@@ -73,6 +73,9 @@ def unevenness_of(height: FloatArray, surface: FloatArray, error: FloatArray) ->
     error : ndarray, shape (n, n)
         V (L²).
     """
+    if not surface.any():
+        # A single height, or exact ones, tell nothing of an uneven surface.
+        return Unevenness(chi2=0.0, number=len(height), chance=1.0)
     root = np.linalg.cholesky(surface + error)
     scaled = np.linalg.solve(root, height)
     part = np.linalg.solve(root, np.linalg.solve(root, surface).T)
