@@ -47,7 +47,7 @@ def test_a_run_that_is_stopped_says_so(fresh):
     told = "Stopped. Finished results are kept: run the same command to resume."
     *before, kept, last = screen.splitlines()
     assert last == told
-    assert kept.startswith("results/tiny has ") and kept.endswith(" of 3 tables.")
+    assert kept.startswith("results/tiny has ") and kept.endswith(" of 4 tables.")
     # The jobs that were ended are no failures.
     assert not [line for line in before if "Error" in line or "rror:" in line]
 

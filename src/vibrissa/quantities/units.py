@@ -136,7 +136,7 @@ def unit_ratio(unit: str, other: str) -> Decimal:
 
     Examples
     --------
-    >>> print(unit_ratio("V", "mV"))
+    >>> print(f"{unit_ratio('V', 'mV'):f}")
     1000
     """
     from pint import PintError

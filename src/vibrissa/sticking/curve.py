@@ -150,7 +150,7 @@ class StickingCurve:
         --------
         >>> from vibrissa import solve_curve
         >>> print(solve_curve(theta=2, eta=0.85).frequencies(0.05).round(4))
-        [28.6785 69.1792]
+        [30.43   70.5823]
         """
         motion = check_vibration(count, tip)
         x0 = np.asarray(x0, dtype=float)
