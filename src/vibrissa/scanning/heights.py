@@ -35,6 +35,8 @@ FRACTIONS = np.linspace(0.0, 1.0, KNOTS)
 # Largest error of interpolated reactions, as a part of the largest reaction, and the error of an
 # end of sticking that follows from it (L).
 EXACT = 1e-8
+# Largest width of a slim part, as a part of the gap to an upright rod.
+SLIM_GAP = 0.05
 # Widest and narrowest part of a range, width of a slim one, and least and largest height (L).
 WIDEST, NARROWEST, SLIM = 0.05, 2e-4, 0.004
 LOWEST, HIGHEST = 0.02, 0.9999
@@ -430,7 +432,9 @@ def interpolated(rod: MountedRod, low: float, high: float) -> Heights:
         If a response is not solved, the landmarks are not the same at all heights, or the error is
         larger.
     """
-    count = NODES if high - low > SLIM else FEW_NODES
+    # Near an upright rod, at η = 1, forces are singular: there no part is slim.
+    slim = min(SLIM, SLIM_GAP * (1.0 - high))
+    count = NODES if high - low > slim else FEW_NODES
     nodes = low + (high - low) * chebyshev_nodes(count)
     # The interpolation is compared with the response at a height between the nodes.
     between = float(nodes[count // 2 : count // 2 + 2].mean())

@@ -80,7 +80,7 @@ class Surface:
     edges: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
     feature: float = field(default=1e-4, repr=False)
     spell: Callable[[float], str] = field(default=in_rod_lengths, repr=False)
-    texture: Texture | None = None
+    texture: Texture | None = field(default=None, repr=False)
 
     def with_texture(self, texture: Texture) -> "Surface":
         """Return a surface with the same friction, and the heights of a texture."""

@@ -160,6 +160,9 @@ def task_of(
     scatter = noise_of(recording.readings, recording.clamp) if given is None else given
     # A reading is at least as uncertain as its resolution.
     rounded, lasts = np.array([rounding(one) for one in recording.readings.T]).T
+    if given is not None:
+        # A channel whose stated noise is 0 is not used.
+        rounded = np.where(given > 0.0, rounded, 0.0)
     known = _measurable(np.maximum(scatter, rounded), recording)
     recording = recording.noted(*_coarse(rounded > scatter, rounded, units))
     assumed = assumed_tolerances(units, known) if setup.assume else {}
