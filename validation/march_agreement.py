@@ -121,17 +121,22 @@ def solve(sample: Sample) -> list[StickingCurve]:
     return solve_curves(theta, eta, contact, mountings, section)
 
 
-def compare(sample: Sample, curves: list[StickingCurve]) -> Comparison:
-    """Follow the rods of a sample with the march, and compare with their curves."""
-    found = Comparison(Counter(), dict.fromkeys(QUANTITIES, 0.0), [])
+def with_path(sample: Sample, curves: list[StickingCurve]) -> Sample:
+    """Return the rods of a sample that have a path, i.e. a state with α = 0."""
     rows = [row for row, curve in enumerate(curves) if curve.pieces]
-    found.counts["no state at α = 0"] += len(curves) - len(rows)
-    curves = [curves[row] for row in rows]
-    some = sample._replace(
+    return sample._replace(
         theta=sample.theta[rows],
         eta=sample.eta[rows],
         mountings=[sample.mountings[row] for row in rows],
     )
+
+
+def compare(sample: Sample, curves: list[StickingCurve]) -> Comparison:
+    """Follow the rods of a sample with the march, and compare with their curves."""
+    found = Comparison(Counter(), dict.fromkeys(QUANTITIES, 0.0), [])
+    some = with_path(sample, curves)
+    found.counts["no state at α = 0"] += len(curves) - len(some.theta)
+    curves = [curve for curve in curves if curve.pieces]
     paths = marched(some, curves)
     for rod, curve in enumerate(curves):
         compare_ends(found, paths, rod, curve)
