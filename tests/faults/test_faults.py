@@ -46,7 +46,7 @@ def finish(folder):
 
 def tables(folder):
     paths = sorted(folder.glob("results/faults/tables/*.parquet"))
-    assert [path.stem for path in paths] == ["scans", "stiction"]
+    assert [path.stem for path in paths] == ["periods", "scans", "stiction"]
     return {path.stem: store.read(path, schemas.TABLES[path.stem]) for path in paths}
 
 
