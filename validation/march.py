@@ -22,7 +22,7 @@ STEPS, STAGES = 36, 12
 # the lowest or highest point between them.
 NEXT_TO_END = np.geomspace(1e-5, 0.1, 20)
 LOOKS = np.concatenate([NEXT_TO_END, 1.0 - NEXT_TO_END])
-# Largest step along a path, in the scaled unknowns; scales of fx and fy relative to f at α = 0.
+# Largest step along a path, in the scaled unknowns; scales of fx and fy relative to the force f.
 STRIDE = 0.08
 SCALES = (0.3, 0.1)
 # Newton's method: most steps; change, relative to the unknowns, below which it has converged;
@@ -388,6 +388,16 @@ class First(NamedTuple):
     good: np.ndarray
 
 
+def units(u):
+    """Return what the unknowns are multiplied with, so that a step changes all of them alike.
+
+    The force is that of the state itself: where a rod leans towards the surface, it can be small
+    at α = 0.
+    """
+    force = np.hypot(u[:, 1], u[:, 2])
+    return np.stack([np.ones(len(u)), *(scale / force for scale in SCALES)], axis=1)
+
+
 class Step(NamedTuple):
     """Rods, by index, for which a next state was found; whether their contact changes there."""
 
@@ -396,8 +406,9 @@ class Step(NamedTuple):
     kink: np.ndarray
 
 
-def next_states(rods, at, unit, length):
+def next_states(rods, at, length):
     """Go one step along the paths, or to the change of contact if this is nearer."""
+    unit = units(at.u)
     norm = np.linalg.norm(at.way * unit, axis=1)
     guess = at.u + (length / norm)[:, None] * at.way
     weights = at.way * unit**2
@@ -425,13 +436,12 @@ def march(rods, line, u):
     """Follow paths from guesses of the states with α = 0 to their ends, and locate these."""
     rods, last, good = first_states(rods, line, u)
     n = len(u)
-    unit = np.stack([np.ones(n), *(scale / -last.u[:, 2] for scale in SCALES)], axis=1)
     parts, of, ends = [last], [np.arange(n)], np.where(good, "", LOST).astype(object)
     length, active = np.full(n, STRIDE / 4), np.flatnonzero(good)
     for _ in range(MOST_STEPS):
         if not len(active):
             break
-        step = next_states(rods.take(active), last.take(active), unit[active], length[active])
+        step = next_states(rods.take(active), last.take(active), length[active])
         found, shorter = active[step.rows], np.delete(active, step.rows)
         length[found] = np.minimum(LONGER * length[found], STRIDE)
         length[shorter] *= SHORTER
@@ -474,7 +484,7 @@ def located(rods, first, second, value):
     `value(states, rows)` is positive in the first states. Regula falsi (Illinois), and bisection in
     every fourth trial.
     """
-    weights = first.way
+    weights = first.way * units(first.u) ** 2
     start = np.vecdot(weights, first.u)
     length = np.vecdot(weights, second.u) - start
     trying = np.arange(len(start))
@@ -495,7 +505,7 @@ def located(rods, first, second, value):
         u, shot, good = solved(some, kind, guess, weights[trying], aim)
         if not good.all():
             raise ArithmeticError("no state was found between two states of a path")
-        states = states_of(some, kind, u, shot, weights[trying])
+        states = states_of(some, kind, u, shot, first.way[trying])
         found = found.put(trying, states)
         here = value(states, trying)
         # An end that stays twice counts half.
