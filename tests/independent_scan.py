@@ -65,7 +65,7 @@ class Scan:
     )  # a row for each: x0 of the last step before it, clamp, x0 before, x0 after, mu
 
 
-def scan(rod, edges, mu0, positions, law, ratio):
+def scan(rod, edges, mu0, positions, law, ratio, zeta=0.0):
     """Move the clamp; friction is mu0[i] before edges[i], and mu0[-1] after the last edge."""
     contact, period = rod.x1_init, 1
     mu = mu0[np.searchsorted(edges, contact)]
@@ -79,7 +79,7 @@ def scan(rod, edges, mu0, positions, law, ratio):
             break
         if x0 <= rod.pull or abs(rod.demand(x0)) > mu:
             period += 1
-            rest = slipped(rod, edges, mu0, clamp, max(x0, rod.pull), law, ratio)
+            rest = slipped(rod, edges, mu0, clamp, max(x0, rod.pull), law, ratio, zeta)
             if rest is None:
                 outcome = "lost"
                 break
@@ -104,13 +104,13 @@ def onset(rod, x0_last, x0_slip, mu):
     return brentq(left, x0_last, x0_slip, xtol=1e-15)
 
 
-def slipped(rod, edges, mu0, clamp, x0, law, ratio):
+def slipped(rod, edges, mu0, clamp, x0, law, ratio, zeta):
     """Contact point after a slip and the friction there; None if the tip leaves the surface."""
     if law == "free":
         contact = clamp + rod.x1_init
         return contact, mu0[np.searchsorted(edges, contact)]
     while True:
-        found = slid(rod, edges, mu0, clamp, x0, law, ratio)
+        found = slid(rod, edges, mu0, clamp, x0, law, ratio, zeta)
         if found is None:
             return None
         x0, mu = found
@@ -118,8 +118,12 @@ def slipped(rod, edges, mu0, clamp, x0, law, ratio):
             return clamp - x0 + rod.x1_init, mu
 
 
-def slid(rod, edges, mu0, clamp, x0, law, ratio):
-    """Rest of a slide in one direction, as x0, and the friction there."""
+def slid(rod, edges, mu0, clamp, x0, law, ratio, zeta):
+    """Rest of a slide in one direction, as x0, and the friction there.
+
+    By the laws energy (zeta = 0) and damped the tip stops where its energy has fallen to a part of
+    the largest one so far.
+    """
     down = x0 > 0  # x0 falls, the tip moves to greater x
     if law == "kinetic":
         goal = 0.0
@@ -129,7 +133,8 @@ def slid(rod, edges, mu0, clamp, x0, law, ratio):
     inner = marks[(marks < x0) & (marks > goal)] if down else marks[(marks > x0) & (marks < goal)]
     inner = np.sort(inner)[::-1] if down else np.sort(inner)
     work, normal = rod.q.integ(), rod.p.integ()
-    begin, energy = x0, 0.0
+    begin, energy, largest = x0, 0.0, 0.0
+    taken = 1.0 - np.exp(-2.0 * np.pi * zeta)
     for end in [*inner, goal]:
         mu = mu0[np.searchsorted(edges, clamp + rod.x1_init - 0.5 * (begin + end))]
 
@@ -141,13 +146,28 @@ def slid(rod, edges, mu0, clamp, x0, law, ratio):
 
         if law == "kinetic" and left(begin) <= 0:
             return begin, mu
+
+        def net(x, mu=mu):
+            return (1.0 if down else -1.0) * rod.q(x) - ratio * mu * rod.p(x)
+
+        def above(x, level, left=left):
+            return left(x) - level
+
         x = begin + (end - begin) * SAMPLES
-        stops = np.flatnonzero(left(x) <= 0)
+        if law == "kinetic":
+            level = np.zeros(len(x))
+        else:
+            # The tip is fastest, and its energy largest, where it is driven no longer.
+            turns = np.flatnonzero((net(x[:-1]) > 0) & (net(x[1:]) <= 0))
+            fastest = [brentq(net, x[i], x[i + 1], xtol=1e-15) for i in turns]
+            x = np.insert(x, turns + 1, fastest)
+            level = taken * np.maximum.accumulate(np.append(largest, left(x)))[1:]
+        stops = np.flatnonzero((left(x) <= level) & (net(x) <= 1e-12))
         if len(stops):
             first = stops[0]
             before = begin if first == 0 else x[first - 1]
-            if left(before) <= 0:
+            if left(before) <= level[first]:
                 return before, mu
-            return brentq(left, before, x[first], xtol=1e-15), mu
-        begin, energy = end, left(end)
+            return brentq(above, before, x[first], args=(level[first],), xtol=1e-15), mu
+        begin, energy, largest = end, left(end), max(largest, left(x).max())
     return None

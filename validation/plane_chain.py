@@ -44,15 +44,16 @@ class PlaneChain:
     def __post_init__(self):
         """Compute springs, their unloaded turns, and masses."""
         h = self.s_c / self.count
-        s = h * np.arange(self.count + 1)
-        springs = diameter(s, self.theta) ** 4 / h
-        springs[0] = 1 / (h / 2 + self.compliance)
-        springs[-1] *= 2 if self.flat else 0
+        # Each joint has the spring and the mass of the rod between the middles of its links; the
+        # first and the last one, of half a link.
+        middle = np.concatenate([[0.0], h * (np.arange(self.count) + 0.5), [self.s_c]])
+        lengths, centre = np.diff(middle), 0.5 * (middle[1:] + middle[:-1])
+        springs = diameter(centre, self.theta) ** 4 / lengths
+        springs[0] = 1 / (1 / springs[0] + self.compliance)
+        springs[-1] *= self.flat
         turn = np.polynomial.Polynomial(self.curvature).integ()
-        middle = np.concatenate([[0.0], s[:-1] + h / 2, [self.s_c]])
         unloaded = np.diff(turn(middle))
-        masses = h * diameter(s, self.theta) ** 2
-        masses[[0, -1]] /= 2
+        masses = lengths * diameter(centre, self.theta) ** 2
         for name, value in {
             "h": h,
             "springs": springs,

@@ -8,8 +8,7 @@ without friction. The mass sets the unit of time alone, √(ρA0·L⁴/(E·I0)).
 
 Positions and velocities follow by the midpoint rule. The energy of the springs and the lengths of
 the links are quadratic in the positions, so that without friction and damping the rule keeps the
-energy to rounding. The chain shares no code with the package; the laws are evaluated on the
-package's equilibrium path.
+energy to rounding. The chain shares no code with the package, whose laws are beside it.
 """
 
 import argparse
@@ -28,6 +27,10 @@ from scipy.optimize import brentq
 from validation.plane_chain import chain_state
 from validation.records import write_record
 from vibrissa import solve_curve, solve_state
+from vibrissa.outcomes import SlipLaw
+from vibrissa.scanning.cycles import steady_travel
+from vibrissa.scanning.response import responses
+from vibrissa.scanning.rods import MountedRod
 from vibrissa.wording import markdown_table
 
 THETAS, FRICTIONS, ETA = (1.0, 2.0, 4.0), (0.2, 0.3, 0.4), 0.85
@@ -41,8 +44,6 @@ FINER_LINKS, FINER_STEPS = (20, 40, 80), (1e-2, 5e-3, 2.5e-3)
 REST, LONGEST = 1.0, 20.0
 # End of Newton's iteration (L), and largest number of corrections.
 CORRECTION, MOST_CORRECTIONS = 1e-11, 40
-# Largest number of slides in a slip by a law.
-MOST_SLIDES = 100
 # Number of steps of time without friction and damping.
 FREE_STEPS = 400
 # Largest change of the energy without friction and damping, relative to the energy that the slip
@@ -285,68 +286,22 @@ def slip(case):
     )
 
 
-def slide_end(curve, x0, way, muk, kept):
-    """Return the x0 at which a slide ends that begins at `x0`; NaN if it leaves the path."""
-    limit = curve.x0_pull if way > 0 else curve.x0_end
-
-    def excess(x):
-        """Tangential force on the tip in the direction of its motion, less kinetic friction."""
-        state = curve.state(x)
-        return way * -state.reaction_fx + muk * state.reaction_fy
-
-    def work(end):
-        return way * quad(excess, end, x0, epsabs=1e-12)[0]
-
-    places = np.linspace(x0, limit, 400)
-    resisted = np.flatnonzero(excess(places[1:]) < 0.0)
-    if not len(resisted):
-        return np.nan
-    first = resisted[0]
-    fastest = brentq(excess, places[first], places[first + 1]) if first else x0
-    if not kept:
-        return fastest
-    gained = work(fastest)
-
-    def left(end):
-        return work(end) - (1 - kept) * gained
-
-    return np.nan if left(limit) > 0.0 else brentq(left, fastest, limit)
-
-
-def rest_by_energy(case, kept):
-    """Return x0 at rest (L) if a slide keeps a share of its kinetic energy.
-
-    The tip is fastest where the tangential force equals kinetic friction. Beyond, it slides until
-    the resisting work is `kept` times its kinetic energy there: 0 is the law `kinetic`, 1 the law
-    `energy`. A tip that cannot stick there slides back. NaN if a slide leaves the path.
-    """
-    curve = solve_curve(case.theta, case.eta)
-    x0, way = float(curve.onset(case.mu0)), 1.0
-    for _ in range(MOST_SLIDES):
-        x0, way = slide_end(curve, x0, way, case.kappa * case.mu0, kept), -way
-        if np.isnan(x0) or abs(curve.mobilised_friction(x0)) <= case.mu0:
-            return x0
-    raise RuntimeError("the tip slides to and fro")
-
-
-def kept_by(zeta):
-    """Return the share e^(−2πζ) of the kinetic energy that a damped half-wave keeps."""
-    return float(np.exp(-2 * np.pi * zeta))
-
-
-# Laws by their names in the record, as travels in units of x0 at the onset.
-LAWS = {
-    "free": lambda case, onset: 1.0,
-    "kinetic": lambda case, onset: 1 - rest_by_energy(case, 0.0) / onset,
-    "energy": lambda case, onset: 1 - rest_by_energy(case, 1.0) / onset,
-    "damped": lambda case, onset: 1 - rest_by_energy(case, kept_by(case.zeta)) / onset,
-}
-
-
 def travels_by_law(case):
-    """Return the travel of a slip by each law, in units of x0 at the onset."""
-    onset = float(solve_curve(case.theta, case.eta).onset(case.mu0))
-    return {name: law(case, onset) for name, law in LAWS.items()}
+    """Return the travel of a slip by each law, in units of x0 at the onset; NaN if it is lost."""
+    response = response_of(case.theta, case.eta)
+    onset = float(response.curve.onset(case.mu0))
+    found = {}
+    for law in SlipLaw:
+        damping = case.zeta if law is SlipLaw.DAMPED else None
+        found[law.value] = steady_travel(response, case.mu0, law, case.kappa, damping) / onset
+    return found
+
+
+@cache
+def response_of(theta, eta):
+    """Response of a rod."""
+    (response,) = responses([MountedRod(theta=theta, eta=eta)])
+    return response
 
 
 def convergence():
@@ -391,24 +346,23 @@ def report(rows):
         "Mean and largest error of the travel, in units of x0,slip, over θ and μ0. The law "
         "`damped` uses up all but e^(−2πζ) of the kinetic energy at the fastest moment."
     )
-    head = ["κ", "ζ", *LAWS]
-    groups = [
-        [f"{kappa:g}", f"{zeta:g}"]
-        + [errors([r for r in rows if (r[0].kappa, r[0].zeta) == (kappa, zeta)], n) for n in LAWS]
-        for kappa, zeta in product(RATIOS, DAMPINGS)
-    ]
-    yield markdown_table(head, [*groups, ["all", "all", *(errors(rows, name) for name in LAWS)]])
+    head = ["κ", "ζ", *SlipLaw]
+    groups = []
+    for kappa, zeta in product(RATIOS, DAMPINGS):
+        group = [one for one in rows if (one[0].kappa, one[0].zeta) == (kappa, zeta)]
+        groups.append([f"{kappa:g}", f"{zeta:g}", *(errors(group, name) for name in SlipLaw)])
+    yield markdown_table(head, [*groups, ["all", "all", *(errors(rows, name) for name in SlipLaw)]])
     yield "## All slips"
     yield (
         "Travel in units of x0,slip; time to the last slide in √(ρA0·L⁴/(E·I0)); number of slides."
     )
-    head = ["θ", "μ0", "κ", "ζ", "dynamic", "time", "slides", *LAWS]
+    head = ["θ", "μ0", "κ", "ζ", "dynamic", "time", "slides", *SlipLaw]
     yield markdown_table(
         head,
         [
             [*(f"{value:g}" for value in (case.theta, case.mu0, case.kappa, case.zeta))]
             + [f"{one.travel:.4f}", f"{one.time:.3f}", str(one.slides)]
-            + [f"{travels[name]:.4f}" for name in LAWS]
+            + [f"{travels[name]:.4f}" for name in SlipLaw]
             for case, one, travels in rows
         ],
     )

@@ -17,7 +17,7 @@ from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.wording import markdown_table
 
 COUNTS = (100, 200, 400)
-EXTRAPOLATED, FINEST, ORDER = 1e-6, 1e-4, 0.03
+EXTRAPOLATED, FINEST, ORDER = 1e-6, 1e-4, 0.02
 
 
 @dataclass(frozen=True, kw_only=True)

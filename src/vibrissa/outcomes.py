@@ -116,11 +116,20 @@ class SlipLaw(StrEnum):
         inertia plays no part.
     ENERGY
         Where kinetic friction has dissipated the released bending energy, at zero velocity.
+    DAMPED
+        Where kinetic friction, and the vibration of the rod by its damping ratio, have dissipated
+        the released bending energy.
     """
 
     FREE = "free"
     KINETIC = "kinetic"
     ENERGY = "energy"
+    DAMPED = "damped"
+
+    @property
+    def overshoots(self) -> bool:
+        """Whether a slip may pass the place at which no friction is needed, by its inertia."""
+        return self in (SlipLaw.ENERGY, SlipLaw.DAMPED)
 
 
 class Solver(StrEnum):

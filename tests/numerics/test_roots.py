@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 from scipy.special import lambertw
 
-from vibrissa.numerics.roots import bracketed_root, first_fall, first_reached
+from vibrissa.numerics.roots import bracketed_root, first_fall, first_reached, first_spent
 
 
 @given(st.lists(st.floats(1e-6, 50.0), min_size=1, max_size=5))
@@ -88,3 +88,43 @@ def test_a_root_does_not_depend_on_what_else_is_sought():
     for row in range(len(c)):
         only = slice(row, row + 1)
         assert bracketed_root(excess, low[only], high[only], c[only]) == together[only]
+
+
+def filled(pieces, part):
+    """First place at which an integral is spent, by brute force on a fine grid."""
+    rate, x = bernstein(*pieces), np.linspace(0.0, len(pieces), 20001)
+    values = rate.antiderivative()(x)
+    spent = (values <= part * np.maximum.accumulate(values)) & (rate(x) <= 0.0)
+    return x[np.argmax(spent)] if spent.any() else np.nan
+
+
+@pytest.mark.parametrize("part", [0.0, 1e-3, 0.3, 0.9, 1.0 - 1e-9, 1.0])
+@pytest.mark.parametrize(
+    "pieces",
+    [
+        [[1, 0, -1], [-1, -2, -1]],
+        [[1, 1], [-1, -1], [-1, -1]],  # jumps, and it ends where it is spent
+        [[1, 1], [-0.2, -0.2], [2, 0], [-1, -1], [-1, -1]],  # a second maximum is larger
+        [[1, -2, 2], [1, -3, -3]],  # two turns in one piece
+        [[-1, 1], [1, 1]],  # it falls at once
+        [[1, 1], [1, 2]],  # it never falls
+    ],
+)
+def test_an_integral_is_spent_where_brute_force_finds_it(pieces, part):
+    found, expected = first_spent(bernstein(*pieces), part), filled(pieces, part)
+    # The distance of the points of the grid; near 1 the maximum is flat.
+    assert found == pytest.approx(expected, abs=1e-3 if part > 0.99 else 3e-4, nan_ok=True)
+
+
+def test_an_integral_first_falls_where_its_rate_does():
+    rate = bernstein([1, 0.5, 0.2], [0.2, 0.7, -1.3], [-1, -1, 3])
+    assert first_spent(rate, 1.0) == first_fall(rate)
+
+
+@given(
+    pieces=st.lists(st.lists(st.integers(-3, 3), min_size=3, max_size=3), min_size=1, max_size=5),
+    parts=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
+)
+def test_an_integral_falls_to_a_larger_part_earlier(pieces, parts):
+    low, high = (first_spent(bernstein(*pieces), part) for part in sorted(parts))
+    assert np.isnan(low) or high <= low + 1e-12

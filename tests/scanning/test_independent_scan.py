@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import independent_scan
-from responses import respond
+from responses import by_law, respond
 from vibrissa.scanning import surfaces
 from vibrissa.scanning.simulation import simulate
 
@@ -53,9 +53,13 @@ def compared(seed, number):
     positions = path(random)
     law = ("kinetic", "energy", "free")[int(random.choice(3, p=[0.4, 0.5, 0.1]))]
     ratio = random.uniform(0.4, 0.95)
-    expected = independent_scan.scan(rod, edges, mu0, positions, law, ratio)
+    zeta = 0.0
+    if law == "energy" and seed % 3:
+        law, zeta = "damped", 0.4 * random.random() ** 2
+    expected = independent_scan.scan(rod, edges, mu0, positions, law, ratio, zeta)
     patched = surfaces.patches([rod.x1_init - 1.0, *edges], mu0)
-    found = simulate(response, patched, positions, law, ratio)
+    options = {"kinetic_ratio": ratio, **by_law(law, zeta)}
+    found = simulate(response, patched, positions, **options)
     n = len(expected.contact)
     assert found.outcome == expected.outcome or expected.outcome == "lock", seed
     # A locked tip sticks on beyond the states that are known here.
@@ -88,6 +92,8 @@ def check_periods(periods, expected, rod, law):
     assert periods.released == pytest.approx(released, abs=1e-10)
     if law == "energy":
         assert periods.dissipated == pytest.approx(periods.released, abs=1e-9)
+    if law == "damped":
+        assert (periods.dissipated <= periods.released + 1e-9).all()
 
 
 @pytest.mark.slow

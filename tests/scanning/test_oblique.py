@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import reference
-from responses import respond
+from responses import by_law, respond
 from steel import identified
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import ArgumentError, NoResponseError
@@ -32,7 +32,8 @@ def heights(section="round"):
 def simulated(angle, mu0, step, turns, law="free", ratio=0.8, section="round"):
     stage = Stage(rod=heights(section), eta=ETA, angle=angle)
     surface = mu0 if isinstance(mu0, surfaces.Surface) else surfaces.constant(mu0)
-    return stage, simulate(stage, surface, path(step, turns), law, ratio)
+    scanned = simulate(stage, surface, path(step, turns), kinetic_ratio=ratio, **by_law(law))
+    return stage, scanned
 
 
 def shot(angle, positions, ratio):
@@ -116,8 +117,9 @@ def test_an_oblique_stage_of_no_angle_is_a_level_one(law, turns):
     surface = surfaces.patches(edges, [0.3, 0.25, 0.4, 0.2, 0.35, 0.9])
     positions = path("0.005" if turns[2:] else "0.001", turns[:2])
     positions = np.append(positions, [float(far) for far in turns[2:]])
-    level = simulate(response, surface, positions, law, 0.7)
-    found = simulate(stage, surface, positions, law, 0.7)
+    options = {"kinetic_ratio": 0.7, **by_law(law)}
+    level = simulate(response, surface, positions, **options)
+    found = simulate(stage, surface, positions, **options)
     assert found.outcome is level.outcome is Outcome.COMPLETE
     assert (found.phase == level.phase).all() and (found.side == level.side).all()
     assert (found.period == level.period).all() and found.period[-1] > 5

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from responses import respond
+from responses import by_law, respond
 from steel import SENSOR
 from vibrissa import Mounting, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import RodSection
 from vibrissa.quantities.units import Units
 from vibrissa.scanning import surfaces
+from vibrissa.scanning.cycles import steady_travel
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.simulation import Outcome, TipPhase, TipSide, simulate
 from vibrissa.scanning.slip import Slip, SlipLaw
@@ -46,7 +47,8 @@ def test_free_slips_on_one_friction_are_the_paper_s_cycles(response):
 @pytest.mark.parametrize("law", list(SlipLaw))
 def test_friction_is_never_exceeded_and_would_be_without_the_slip(response, law):
     surface = surfaces.random(3, 0.3, 0.05, 0.02)
-    result = simulate(response, surface, path("0.0005", ["0.5", "0.2", "0.4"]), law, 0.6)
+    positions = path("0.0005", ["0.5", "0.2", "0.4"])
+    result = simulate(response, surface, positions, kinetic_ratio=0.6, **by_law(law))
     assert result.outcome is Outcome.COMPLETE
     fx, fy, _ = result.reactions.T
     assert (np.abs(fx / fy) <= result.mu0 * (1 + 1e-9)).all()
@@ -62,9 +64,9 @@ def test_friction_is_never_exceeded_and_would_be_without_the_slip(response, law)
     assert (result.mu0 == surface(result.contact)).all()
 
 
-def slip_of(response, mu0, law, ratio):
-    stage = Stage(rod=response, eta=response.curve.eta)
-    return Slip(stage=stage, surface=surfaces.constant(mu0), law=law, ratio=ratio)
+def slip_of(response, mu0, law, ratio, damping=0.0):
+    stage, surface = Stage(rod=response, eta=response.curve.eta), surfaces.constant(mu0)
+    return Slip(stage=stage, surface=surface, law=law, ratio=ratio, damping=damping)
 
 
 @pytest.mark.parametrize("mu0", [0.1, 0.4])
@@ -83,6 +85,80 @@ def test_a_slip_that_goes_to_and_fro_too_often_is_refused_with_its_place(respons
     slip = replace(slip_of(response, 0.1, SlipLaw.ENERGY, 0.5), clamp=0.25)
     with pytest.raises(ArgumentError, match=r"the clamp at 0\.25 L a slip has over 100 slides"):
         slip.end(response.contact(0.25, 0.02, 1))
+
+
+# --- Damping ---
+
+
+@pytest.mark.parametrize("ratio", [0.4, 0.8, 1.0])
+@pytest.mark.parametrize("mu0", [0.1, 0.4])
+def test_a_slip_without_damping_is_one_of_energy_and_with_much_of_it_kinetic(response, mu0, ratio):
+    begin = response.contact(0.0, float(response.curve.onset(mu0)) + 1e-3, 1)
+    for law, damping in ((SlipLaw.ENERGY, 0.0), (SlipLaw.KINETIC, 50.0)):
+        found = slip_of(response, mu0, SlipLaw.DAMPED, ratio, damping).end(begin)
+        assert found == slip_of(response, mu0, law, ratio).end(begin)
+
+
+@pytest.mark.parametrize("mu0", [0.1, 0.3, 0.45])
+def test_more_damping_shortens_a_slip_and_takes_its_part_of_the_energy(response, mu0):
+    begin = response.contact(0.0, float(response.curve.onset(mu0)), 1)
+    kinetic = slip_of(response, mu0, SlipLaw.KINETIC, 0.8).end(begin)
+    fastest = kinetic.released - kinetic.dissipated
+    zetas = [0.0, 1e-6, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0]
+    rests = [slip_of(response, mu0, SlipLaw.DAMPED, 0.8, zeta).end(begin) for zeta in zetas]
+    contacts = [rest.contact for rest in rests] + [kinetic.contact]
+    assert (np.diff(contacts) < 0.0).all()
+    for zeta, rest in zip(zetas, rests, strict=True):
+        loss = rest.released - rest.dissipated
+        assert loss == pytest.approx((1.0 - np.exp(-2.0 * np.pi * zeta)) * fastest, abs=1e-13)
+
+
+def test_a_tip_that_is_driven_again_on_its_way_loses_a_part_of_its_largest_energy(response):
+    """Over a rough stripe that slows it, and on over a smooth patch that it leaves faster."""
+    begin = response.contact(0.0, float(response.curve.onset(0.4)), 1)
+    edges = [begin - 1.0, begin + 0.002, begin + 0.004, begin + 0.02]
+    friction = [0.4, 0.7, 0.1, 0.6]
+    surface = surfaces.patches(edges, friction)
+    slip = replace(slip_of(response, 0.4, SlipLaw.DAMPED, 0.5, 0.05), surface=surface)
+    found = slip.end(begin)
+    assert found.contact > begin + 0.02
+    # The energy by the trapezoidal rule, patch by patch.
+    energy, largest = 0.0, 0.0
+    ends = [*edges[1:], found.contact]
+    for low, high, mu0 in zip([begin, *edges[1:]], ends, friction, strict=True):
+        contact = np.linspace(low, high, 4001)
+        fx, fy, _ = response(response.x1_init - contact).T
+        steps = np.diff(contact) * ((-fx + 0.5 * mu0 * fy)[1:] + (-fx + 0.5 * mu0 * fy)[:-1]) / 2
+        along = energy + np.cumsum(steps)
+        energy, largest = along[-1], max(largest, along.max())
+    assert energy == pytest.approx((1.0 - np.exp(-0.1 * np.pi)) * largest, rel=1e-4)
+
+
+def test_a_slip_that_lifts_the_tip_off_has_no_travel_and_damping_keeps_it_down():
+    uniform = respond(1.0, 0.85)
+    assert np.isnan(steady_travel(uniform, 0.4, "energy", 0.2))
+    # 0.8814 x0,slip by a chain of links with mass (validation/records/slip-dynamics.md).
+    travel = steady_travel(uniform, 0.4, "damped", 0.5, damping=0.02)
+    assert travel / uniform.curve.onset(0.4) == pytest.approx(0.8814, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("law", "damping", "message"),
+    [
+        ("damped", None, "the law 'damped' needs damping, the damping ratio"),
+        ("damped", -0.1, "damping must be a number from 0, got -0.1"),
+        ("damped", np.nan, "damping must be a number from 0, got nan"),
+        ("damped", np.inf, "damping must be a number from 0, got inf"),
+        ("energy", 0.1, "the law 'energy' has no damping: remove damping, or take the law"),
+        ("lossy", 0.1, "law"),
+    ],
+)
+def test_a_law_gets_the_damping_that_it_needs(response, law, damping, message):
+    positions = path("0.001", ["0.01"])
+    with pytest.raises(ArgumentError, match=message):
+        simulate(response, surfaces.constant(0.3), positions, law, damping=damping)
+    with pytest.raises(ArgumentError, match=message):
+        steady_travel(response, 0.3, law, damping=damping)
 
 
 def released(response, start, rest):
@@ -218,6 +294,9 @@ def test_pulling_needs_a_response_with_it():
     response = unretracted(respond(2.0, 0.85))
     with pytest.raises(ValueError, match="backward"):
         simulate(response, surfaces.constant(0.3), path("0.001", ["0.2", "0.1"]))
+    for law in ("energy", "damped"):
+        with pytest.raises(ValueError, match=f"'{law}'"):
+            simulate(response, surfaces.constant(0.3), path("0.001", ["0.2"]), **by_law(law))
 
 
 def test_a_transducer_of_any_resolution_gives_what_it_reads():
@@ -315,8 +394,9 @@ def test_on_any_surface_it_is_the_mirror_image_of_a_tip_that_is_pulled_back(resp
     )
     forth = path("0.0007", ["1.0"])
     over = forth > swing
-    result = simulate(response, patched, forth, law, 0.7)
-    expected = simulate(response, turned, np.where(over, 2.0 * swing - forth, forth), law, 0.7)
+    back, options = np.where(over, 2.0 * swing - forth, forth), {"kinetic_ratio": 0.7}
+    result = simulate(response, patched, forth, **options, **by_law(law))
+    expected = simulate(response, turned, back, **options, **by_law(law))
     assert result.outcome is expected.outcome is Outcome.COMPLETE
     assert (result.side == np.where(over, TipSide.BEHIND, TipSide.AHEAD)).all()
     assert (result.period == expected.period).all() and result.period[-1] > 10

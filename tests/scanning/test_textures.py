@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import grey_dilation
 
 import texture_scan
-from responses import respond
+from responses import by_law, respond
 from vibrissa import Mounting
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact
@@ -30,7 +30,8 @@ def rod():
 def scanned(texture, positions, mu0=0.3, law="free", ratio=0.8, whisker=WHISKER):
     stage = stage_of(whisker, positions, texture=texture)
     friction = mu0 if isinstance(mu0, surfaces.Surface) else surfaces.constant(mu0)
-    return simulate(stage, friction.with_texture(texture), positions, law, ratio)
+    surface, options = friction.with_texture(texture), by_law(law)
+    return simulate(stage, surface, positions, kinetic_ratio=ratio, **options)
 
 
 def resolved(fx, fy, inclination):
@@ -49,7 +50,8 @@ def test_slips_on_a_wave_are_those_of_brute_force():
     for amplitude, wavelength, mu0 in WAVES:
         wave = texture_scan.Wave(ETA, amplitude, 2.0 * np.pi / wavelength)
         for law in SlipLaw:
-            contact, period = texture_scan.scan(rod(), wave, mu0, positions, law, 0.8)
+            zeta = by_law(law).get("damping", 0.0)
+            contact, period = texture_scan.scan(rod(), wave, mu0, positions, law, 0.8, zeta)
             found = scanned(textures.wave(amplitude, wavelength), positions, mu0, law)
             assert found.outcome is Outcome.COMPLETE and found.message == ""
             assert found.period.tolist() == period.tolist() and period[-1] > 4

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import vibrissa
 from vibrissa import Mounting, Status, friction_from_travel, solve_curve, solve_onset, solve_state
 from vibrissa.errors import ArgumentError
-from vibrissa.sticking.api import MOST_TAPER
+from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.sticking.solving import collocation
 
 STEPS = st.sampled_from(["0.0005", "0.001", "0.004"]).map(float)

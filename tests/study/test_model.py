@@ -8,9 +8,12 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
 
 from vibrissa.errors import StudyError
+from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.outcomes import Contact, Solver
+from vibrissa.study.axes import Theta
 from vibrissa.study.chunks import points_of
 from vibrissa.study.model import Study
 from vibrissa.study.reading import read_study
@@ -405,3 +408,10 @@ def test_whatever_is_written_the_answer_is_a_study_or_its_mistakes(path, value, 
         assert all(str(error).split("\n"))
     else:
         assert isinstance(study, Study) and study.chunks
+
+
+def test_the_largest_taper_of_a_study_is_that_of_the_solver():
+    taper = TypeAdapter(Theta)
+    assert taper.validate_python(MOST_TAPER) == MOST_TAPER
+    with pytest.raises(ValidationError, match="less than or equal to 50"):
+        taper.validate_python(math.nextafter(MOST_TAPER, math.inf))

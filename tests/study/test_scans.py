@@ -4,7 +4,7 @@ import pytest
 
 from vibrissa.errors import StudyError
 from vibrissa.study.reading import read_study
-from vibrissa.study.scans import MOST_PERIODS, scan_chunks
+from vibrissa.study.scans import MOST_PERIODS, ScanSection, scan_chunks
 
 # Every value stands once, so that a test can put another in its place.
 STUDY = """
@@ -22,8 +22,9 @@ scans:
     eta: 0.8
     dx0: [0.002, 0.004]
     surface: [flat, random]
-    law: [free, kinetic, energy]
+    law: [free, kinetic, energy, damped]
     kinetic_ratio: [0.6, 0.75]
+    damping: [0.0, 0.02, 0.1]
     cycles: 20
   path: {theta: 2, eta: 0.7, dx0: 0.01, surface: [stripes, measured], to: [0.5, -0.1]}
 figures:
@@ -58,11 +59,21 @@ def scans_of(study, name):
 
 def test_axes_that_do_not_bear_on_each_other_are_not_multiplied(read):
     scans = scans_of(read(STUDY), "laws")
-    # 3 rods, 2 steps, 2 planes and 3 random surfaces; free, and each other law with two ratios.
-    assert len(scans) == 3 * 2 * (2 + 3) * (1 + 2 * 2)
-    assert {law for *_, law in scans} == {
-        ("free", None),
-        *((law, ratio) for law in ("kinetic", "energy") for ratio in (0.6, 0.75)),
+    # 3 rods, 2 steps, 2 planes and 3 random surfaces; free, each other law with two ratios, and
+    # damped with three dampings, too.
+    assert len(scans) == 3 * 2 * (2 + 3) * (1 + 2 * 2 + 2 * 3)
+    assert {tuple(law.items()) for *_, law in scans} == {
+        (("law", "free"),),
+        *(
+            (("law", law), ("kinetic_ratio", r))
+            for law in ("kinetic", "energy")
+            for r in (0.6, 0.75)
+        ),
+        *(
+            (("law", "damped"), ("kinetic_ratio", r), ("damping", zeta))
+            for r in (0.6, 0.75)
+            for zeta in (0.0, 0.02, 0.1)
+        ),
     }
     planes = [variant for *_, variant, _ in scans if variant["surface"] == "flat"]
     assert all(variant.keys() == {"surface", "mu0"} for variant in planes)
@@ -77,6 +88,20 @@ def test_mu0_is_short_for_a_plane(read):
         (("surface", "plane"), ("mu0", 0.2)),
         (("surface", "plane"), ("mu0", 0.4)),
     }
+
+
+@pytest.mark.parametrize(
+    ("law", "retracts"),
+    [
+        ({"law": "free"}, False),
+        ({"law": "kinetic", "kinetic_ratio": 0.7}, False),
+        ({"law": "energy", "kinetic_ratio": 0.7}, True),
+        ({"law": "damped", "kinetic_ratio": 0.7, "damping": 0.1}, True),
+    ],
+)
+def test_slips_with_inertia_need_states_in_which_the_clamp_is_pulled_back(law, retracts):
+    rod = {"theta": 2, "eta": 0.85, "dx0": 0.001, "mu0": 0.3, "cycles": 2}
+    assert ScanSection.model_validate(rod | law).retracts is retracts
 
 
 def test_shapes_are_kept_where_a_figure_or_the_file_asks_for_them(read):
@@ -146,20 +171,39 @@ WRONG = {
     "ratio 0": ("[0.6, 0.75]", "[0, 0.75]", "16: scans.laws.kinetic_ratio[0]", "greater than 0"),
     "ratio 1.1": ("[0.6, 0.75]", "[1.1]", "16: scans.laws.kinetic_ratio[0]", "equal to 1"),
     "no ratio": ("    kinetic_ratio: [0.6, 0.75]\n", "", "15: scans.laws.law", "needs it"),
-    "idle ratio": ("[free, kinetic, energy]", "free", "16: scans.laws.kinetic_ratio", "remove"),
-    "law": ("[free, kinetic, energy]", "[quick]", "15: scans.laws.law[0]", "'free', 'kinetic'"),
-    "both ends": ("cycles: 20", "cycles: 20\n    to: 1", "18: scans.laws.to", "remove one of them"),
+    "idle ratio": (
+        "[free, kinetic, energy, damped]",
+        "free",
+        "16: scans.laws.kinetic_ratio",
+        "remove",
+    ),
+    "no damping": (
+        "    damping: [0.0, 0.02, 0.1]\n",
+        "",
+        "15: scans.laws.law",
+        "missing 'damping'",
+    ),
+    "damping -1": ("[0.0, 0.02, 0.1]", "[-1]", "17: scans.laws.damping[0]", "equal to 0"),
+    "damping nan": ("[0.0, 0.02, 0.1]", "[.nan]", "17: scans.laws.damping[0]", "finite number"),
+    "idle damping": (", damped]", "]", "17: scans.laws.damping", "the law damped alone has"),
+    "law": (
+        "[free, kinetic, energy, damped]",
+        "[quick]",
+        "15: scans.laws.law[0]",
+        "'free', 'kinetic'",
+    ),
+    "both ends": ("cycles: 20", "cycles: 20\n    to: 1", "19: scans.laws.to", "remove one of them"),
     "no end": ("    cycles: 20\n", "", "10: scans.laws", "missing 'cycles' or 'to'"),
     "both": (
         "eta: 0.7",
         "eta: 0.7, mu0: 0.3",
-        "18: scans.path.surface",
+        "19: scans.path.surface",
         "both 'mu0' and 'surface'",
     ),
-    "short": ("to: [0.5, -0.1]", "to: [0.5, 0.499]", "18: scans.path.to[1]", "at least one step"),
-    "to text": ("to: [0.5, -0.1]", "to: far", "18: scans.path.to", "'far'"),
-    "figure": ("surface: flat, law", "surface: random, law", "20: figures.shapes", "mu0"),
-    "figure law": (", law: free", "", "20: figures.shapes", "shows one value of law"),
+    "short": ("to: [0.5, -0.1]", "to: [0.5, 0.499]", "19: scans.path.to[1]", "at least one step"),
+    "to text": ("to: [0.5, -0.1]", "to: far", "19: scans.path.to", "'far'"),
+    "figure": ("surface: flat, law", "surface: random, law", "21: figures.shapes", "mu0"),
+    "figure law": (", law: free", "", "21: figures.shapes", "shows one value of law"),
     "shot": ("study: demo", "study: demo\nmethod: shooting", "11: scans.laws", "collocation"),
 }
 

@@ -6,8 +6,6 @@ import pytest
 from validation.slip_dynamics import (
     Case,
     SlipChain,
-    kept_by,
-    rest_by_energy,
     resting,
     slip,
     travels_by_law,
@@ -59,12 +57,9 @@ def test_damping_shortens_a_slip():
     assert damped.travel == pytest.approx(law["damped"], abs=0.02)
 
 
-def test_laws_agree_with_those_of_the_simulation():
-    """The table of docs/simulate.md, which other code has made."""
-    case = Case(theta=2.0, mu0=0.3, kappa=0.8, zeta=0.0)
-    law = travels_by_law(case)
-    assert law["kinetic"] == pytest.approx(0.33, abs=0.005)
-    assert law["energy"] == pytest.approx(0.65, abs=0.005)
-    assert kept_by(0.0) == 1.0
-    between = rest_by_energy(case, 0.5)
-    assert rest_by_energy(case, 1.0) < between < rest_by_energy(case, 0.0)
+@pytest.mark.parametrize("zeta", [0.0, 0.02, 0.1])
+def test_the_law_damped_is_nearest_to_the_dynamics(zeta):
+    case = Case(kappa=0.7, zeta=zeta, **COARSE)
+    travel, laws = slip(case).travel, travels_by_law(case)
+    error = {name: abs(found - travel) for name, found in laws.items()}
+    assert error["damped"] == min(error.values()) < 0.03

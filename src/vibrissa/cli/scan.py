@@ -59,8 +59,11 @@ def scan(
         SlipLaw, option(f"Where a slip ends: {see_page('Simulate a sensor')}.", MOTION)
     ] = SlipLaw.FREE,
     kinetic_ratio: Annotated[
-        float, option("Kinetic over static friction, for the laws kinetic and energy.", MOTION)
+        float, option("Kinetic over static friction, for all laws but free.", MOTION)
     ] = 0.8,
+    damping: Annotated[
+        float | None, option("Damping ratio of the rod, for the law damped.", MOTION)
+    ] = None,
 ) -> None:
     """Move the clamp over a surface and write the signals, step by step.
 
@@ -87,6 +90,7 @@ def scan(
         to=to,
         law=law,
         kinetic_ratio=kinetic_ratio,
+        damping=damping,
         tip_radius=tip_radius,
     )
     if transducer:

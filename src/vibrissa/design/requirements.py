@@ -14,12 +14,12 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
+from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.keys import Keyed, NotNegative, Positive, read_keys, with_options
 from vibrissa.quantities.units import Kind, Measured, channels_of, is_number, range_of
 from vibrissa.sensor.setup import MOUNTING, TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
-from vibrissa.sticking.api import MOST_TAPER
 
 Choice = tuple[float, ...]
 

@@ -37,7 +37,7 @@ from vibrissa.study.figures import DRAW, TABLES
 from vibrissa.tables import query
 
 # Axes of scans that may have no value.
-WITHOUT_EFFECT = (*SURFACE_AXES, "kinetic_ratio")
+WITHOUT_EFFECT = (*SURFACE_AXES, "kinetic_ratio", "damping")
 # Importing them registers their kinds.
 FAMILIES = (
     points,

@@ -26,6 +26,7 @@ LABELS = {
     "correlation": r"correlation length of $\mu_0$ / $L$",
     "seed": "seed of the surface",
     "kinetic_ratio": r"$\mu_k/\mu_0$",
+    "damping": r"damping ratio $\zeta$",
     "law": "slip law",
     "surface": "surface",
 }

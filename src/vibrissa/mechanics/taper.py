@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 from vibrissa.numerics.arrays import FloatArray
 
 Floats: TypeAlias = FloatArray | float
+# Largest taper factor (1 mm at the clamp, 20 µm at the tip): few rods with a larger one are solved.
+MOST_TAPER = 50.0
 
 
 def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly
@@ -106,16 +106,53 @@ def first_fall(function: "BPoly") -> float:
     The polynomial may jump to zero or below between two pieces. A zero at its beginning does not
     count if the polynomial rises from there. Nor does a zero at which its sign does not change.
     """
-    degree = len(function.c) - 1
     for piece in np.flatnonzero(function.c.min(axis=0) <= 0.0):
-        bernstein = function.c[:, piece]
-        # Coefficients in powers of the fraction of the piece, highest power first.
-        power = [comb(degree, k) * np.diff(bernstein, k)[0] for k in range(degree, -1, -1)]
-        roots = np.roots(power)
-        real = roots.real[np.abs(roots.imag) < REAL]
-        places = np.concatenate([[0.0], np.sort(real[(real > 0.0) & (real < 1.0)]), [1.0]])
-        fallen = np.polyval(power, 0.5 * (places[1:] + places[:-1])) <= 0.0
+        places, fallen = _parts(function, int(piece))
         if fallen.any():
-            low, high = function.x[piece : piece + 2]
-            return float(low + (high - low) * places[int(np.argmax(fallen))])
+            return float(places[int(np.argmax(fallen))])
     return float("nan")
+
+
+def first_spent(rate: "BPoly", part: float) -> float:
+    """Find where an integral first falls to a part of its largest value so far; NaN if nowhere.
+
+    Parameters
+    ----------
+    rate : BPoly
+        Derivative of the integral, which begins at 0.
+    part : float
+        From 0, where the integral falls to 0, to 1, where it first falls.
+    """
+    integral = rate.antiderivative()
+    turning = np.flatnonzero((rate.c.min(axis=0) <= 0.0) & (rate.c.max(axis=0) >= 0.0))
+    turns = [_parts(rate, int(piece))[0] for piece in turning]
+    places = np.unique(np.concatenate([rate.x, *turns]))
+    falls = rate(0.5 * (places[1:] + places[:-1])) <= 0.0
+    values = integral(places)
+    levels = part * np.maximum.accumulate(values)[:-1]
+    (spent,) = np.nonzero(falls & (values[1:] <= levels))
+    if not len(spent):
+        return float("nan")
+    first = int(spent[0])
+    low, high = places[[first]], places[[first + 1]]
+    if values[first] <= levels[first]:
+        return float(low[0])
+
+    def left(place: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return integral(place) - levels[first], rate(place)
+
+    return float(bracketed_root(left, low, high)[0])
+
+
+def _parts(function: "BPoly", piece: int) -> tuple[FloatArray, BoolArray]:
+    """Divide a piece of a polynomial at its roots; say for each part whether it is not positive."""
+    degree = len(function.c) - 1
+    bernstein = function.c[:, piece]
+    # Coefficients in powers of the fraction of the piece, highest power first.
+    power = [comb(degree, k) * np.diff(bernstein, k)[0] for k in range(degree, -1, -1)]
+    roots = np.roots(power)
+    real = roots.real[np.abs(roots.imag) < REAL]
+    fractions = np.concatenate([[0.0], np.sort(real[(real > 0.0) & (real < 1.0)]), [1.0]])
+    low, high = function.x[piece : piece + 2]
+    falls = np.polyval(power, 0.5 * (fractions[1:] + fractions[:-1])) <= 0.0
+    return low + (high - low) * fractions, falls

@@ -16,7 +16,7 @@ from vibrissa.numerics.steps import step_position
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.scanning.simulation import Outcome, Scan, simulate
-from vibrissa.scanning.slip import Slip, SlipLaw
+from vibrissa.scanning.slip import Slip, SlipLaw, check_law
 from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
 from vibrissa.sticking.api import check_surface
@@ -30,6 +30,7 @@ def stick_slip(
     cycles: int,
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
+    damping: float | None = None,
 ) -> Scan:
     """Move the clamp in steps of Δx0 (L) until the tip has slipped a number of times.
 
@@ -44,7 +45,9 @@ def stick_slip(
     law : SlipLaw or str
         Where a slip ends.
     kinetic_ratio : float
-        μk/μ0, for the laws ``kinetic`` and ``energy``.
+        μk/μ0, for all laws but ``free``.
+    damping : float, optional
+        Damping ratio ζ of the rod, from 0, which the law ``damped`` needs.
 
     Returns
     -------
@@ -72,7 +75,15 @@ def stick_slip(
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
     surface, step = constant(float(mu0)), exact(dx0)
-    return move(stages(curve), surface, step, cycles=cycles, law=law, kinetic_ratio=kinetic_ratio)
+    return move(
+        stages(curve),
+        surface,
+        step,
+        cycles=cycles,
+        law=law,
+        kinetic_ratio=kinetic_ratio,
+        damping=damping,
+    )
 
 
 def stages(curve: StickingCurve) -> Callable[[FloatArray], Stage]:
@@ -99,6 +110,7 @@ def move(
     cycles: int | None = None,
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
+    damping: float | None = None,
 ) -> Scan:
     """Move the clamp in equal steps, through turning points or until the tip has slipped.
 
@@ -113,7 +125,7 @@ def move(
         Turning points of the clamp (L), as in `vibrissa.scanning.path`.
     cycles : int, optional
         Number of slips after which the scan ends; either `to` or `cycles` is needed.
-    law, kinetic_ratio : optional
+    law, kinetic_ratio, damping : optional
         As in `vibrissa.scanning.simulate`.
 
     Raises
@@ -126,40 +138,55 @@ def move(
     if (to is None) == (cycles is None):
         raise ArgumentError("a scan needs either 'to' or 'cycles'")
     if cycles is not None:
-        return until_slips(stage, surface, exact(step), cycles, law, kinetic_ratio)
+        return until_slips(stage, surface, exact(step), cycles, law, kinetic_ratio, damping)
     positions = path(step, to or ())
-    return simulate(stage(positions), surface, positions, law, kinetic_ratio)
+    return simulate(stage(positions), surface, positions, law, kinetic_ratio, damping=damping)
 
 
 def steady_travel(
-    response: Response, mu0: float, law: SlipLaw | str, kinetic_ratio: float = 0.8
+    response: Response,
+    mu0: float,
+    law: SlipLaw | str,
+    kinetic_ratio: float = 0.8,
+    damping: float | None = None,
 ) -> float:
     """Travel of the clamp in a period of sticking on a plane, in the limit of small steps (L).
 
     It is the travel in each period after the first: from where a slip ends that begins at the exact
-    onset, to the next onset. Its inverse is the number of slips in a length.
+    onset, to the next onset. Its inverse is the number of slips in a length. NaN if the tip is lost
+    in its slip, so that there is no next onset.
 
     Raises
     ------
     ArgumentError
-        If the tip is self-locking, so that it does not slip.
+        If the tip is self-locking, so that it does not slip, or the law lacks what it needs.
 
     Examples
     --------
     >>> from vibrissa.scanning.response import responses
     >>> (response,) = responses([MountedRod(theta=2.0, eta=0.85)])
-    >>> for law in SlipLaw:
+    >>> for law in ("free", "kinetic", "energy"):
     ...     print(law, f"{steady_travel(response, 0.3, law, 0.7):.6f}")
     free 0.026336
     kinetic 0.012092
     energy 0.023405
+    >>> print(f"{steady_travel(response, 0.3, 'damped', 0.7, damping=0.1):.6f}")
+    0.020431
     """
+    law = check_law(law, kinetic_ratio, damping)
     onset = float(response.curve.onset(mu0))
     if np.isnan(onset):
         raise ArgumentError(f"the tip does not slip at mu0 = {mu0!r}: it is self-locking")
     stage = Stage(rod=response, eta=response.curve.eta)
-    slip = Slip(stage=stage, surface=constant(mu0), law=SlipLaw(law), ratio=kinetic_ratio)
-    return onset - slip.end(response.contact(0.0, onset, 1)).x0
+    slip = Slip(
+        stage=stage,
+        surface=constant(mu0),
+        law=law,
+        ratio=kinetic_ratio,
+        damping=damping or 0.0,
+    )
+    rest = slip.end(response.contact(0.0, onset, 1))
+    return onset - rest.x0 if rest.lost is None else np.nan
 
 
 def until_slips(
@@ -169,6 +196,7 @@ def until_slips(
     slips: int,
     law: SlipLaw | str,
     kinetic_ratio: float,
+    damping: float | None,
 ) -> Scan:
     """Move the clamp forward in steps of Δx0 (L) until the tip has slipped a number of times.
 
@@ -186,7 +214,9 @@ def until_slips(
         steps = (enough + refused) // 2 if refused else max(2 * enough, slips)
         positions = step_position(np.arange(steps + 1), dx0)
         try:
-            found = simulate(stage(positions), surface, positions, law, kinetic_ratio, slips)
+            found = simulate(
+                stage(positions), surface, positions, law, kinetic_ratio, slips, damping=damping
+            )
         except NoResponseError as error:
             refused, reason = steps, str(error)
             continue

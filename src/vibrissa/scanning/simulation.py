@@ -17,11 +17,11 @@ import numpy as np
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.outcomes import Status, chosen
+from vibrissa.outcomes import Status
 from vibrissa.scanning.periods import EndsBy, Period, Periods, periods_of
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import height_at
-from vibrissa.scanning.slip import Flight, Lost, Rest, Slip, SlipLaw
+from vibrissa.scanning.slip import Flight, Lost, Rest, Slip, SlipLaw, check_law
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.tip import ClampPath, Margin, Tip
@@ -351,6 +351,8 @@ def simulate(
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
     slips: int | None = None,
+    *,
+    damping: float | None = None,
 ) -> Scan:
     """Simulate a scan: find the state of the rod at each step of the clamp over a surface.
 
@@ -364,9 +366,11 @@ def simulate(
     law : SlipLaw or str
         Where a slip ends.
     kinetic_ratio : float
-        μk/μ0, for the laws ``kinetic`` and ``energy``.
+        μk/μ0, for all laws but ``free``.
     slips : int, optional
         Number of slips after which the scan ends.
+    damping : float, optional
+        Damping ratio ζ of the rod, from 0, which the law ``damped`` needs.
 
     Returns
     -------
@@ -379,9 +383,7 @@ def simulate(
         If an argument is out of range, if the tip leaves the known part of the surface, or if the
         path or the law may need states with x0 < 0 (the clamp pulled back) that were not solved.
     """
-    positions, law = np.asarray(positions, dtype=float), chosen(SlipLaw, law, "law")
-    if not 0.0 < kinetic_ratio <= 1.0:
-        raise ArgumentError(f"kinetic_ratio must be above 0 and at most 1, got {kinetic_ratio!r}")
+    positions, law = np.asarray(positions, dtype=float), check_law(law, kinetic_ratio, damping)
     stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
     if surface.texture is not None and isinstance(stage.rod, Response):
         raise ArgumentError(
@@ -390,15 +392,22 @@ def simulate(
         )
     at, spell = float(positions[0]), surface.spell
     start = stage.at(at)
-    retracts = law is SlipLaw.ENERGY or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
+    retracts = law.overshoots or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
     if (retracts or surface.texture is not None) and start.x0_pull == 0.0:
         raise ArgumentError(
-            "states in which the clamp is pulled back (x0 < 0) could not be solved. The law "
-            "'energy' needs them, and so does a path backward or away from the surface, and a "
-            "surface with heights: choose another path or law"
+            "states in which the clamp is pulled back (x0 < 0) could not be solved. The laws "
+            "'energy' and 'damped' need them, and so does a path backward or away from the "
+            "surface, and a surface with heights: choose another path or law"
         )
     path, outcome, message = ClampPath.through(positions), Outcome.COMPLETE, ""
-    slip = Slip(stage=stage, surface=surface, law=law, ratio=kinetic_ratio, clamp=at)
+    slip = Slip(
+        stage=stage,
+        surface=surface,
+        law=law,
+        ratio=kinetic_ratio,
+        damping=damping or 0.0,
+        clamp=at,
+    )
     contact = start.contact(float(stage.along(at)), 0.0, 1)
     # At first no tangential force acts, as after a slip that ends where no friction is needed.
     rest = replace(slip, law=SlipLaw.FREE).end(contact)

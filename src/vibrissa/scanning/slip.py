@@ -17,8 +17,9 @@ from scipy.special import comb
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.roots import first_fall
+from vibrissa.numerics.roots import first_fall, first_spent
 from vibrissa.outcomes import SlipLaw as SlipLaw
+from vibrissa.outcomes import chosen
 from vibrissa.scanning.stage import Held, Stage
 from vibrissa.scanning.surfaces import Footing, Surface, nothing
 from vibrissa.scanning.tip import ContactForces, contact_forces
@@ -70,7 +71,7 @@ class Rest(NamedTuple):
         (E·I0/L). NaN if the slip is lost, or the tip flies in it.
     dissipated : float
         Work against kinetic friction (E·I0/L). NaN also under the law ``free``, which has no
-        kinetic friction.
+        kinetic friction. What is released and not dissipated is the loss of the rod's vibration.
     lost : Lost or None
         None if the tip comes to rest.
     flights : tuple of Flight
@@ -110,6 +111,15 @@ class _Forces(NamedTuple):
     friction: BPoly
     normal: BPoly
 
+    def followed_by(self, others: "_Forces") -> "_Forces":
+        """Append the forces along the next part of the slide."""
+        return _Forces(
+            *(
+                BPoly(np.hstack([one.c, other.c]), np.append(one.x, other.x[1:]))
+                for one, other in zip(self, others, strict=True)
+            )
+        )
+
 
 class Cell(NamedTuple):
     """How the force is computed in a cell of a slide.
@@ -144,6 +154,35 @@ LOOKS = 257
 CELL, SHORT_CELL = Cell.of(1e-3, 6), Cell.of(2e-4, 3)
 
 
+def check_law(law: SlipLaw | str, kinetic_ratio: float, damping: float | None) -> SlipLaw:
+    """Refuse a slip law that is unknown, or lacks what it needs; return the law.
+
+    Parameters
+    ----------
+    kinetic_ratio : float
+        μk/μ0, above 0 and at most 1.
+    damping : float or None
+        Damping ratio ζ, from 0: the law ``damped`` needs it, and no other law has it.
+
+    Raises
+    ------
+    ArgumentError
+    """
+    law = chosen(SlipLaw, law, "law")
+    if not 0.0 < kinetic_ratio <= 1.0:
+        raise ArgumentError(f"kinetic_ratio must be above 0 and at most 1, got {kinetic_ratio!r}")
+    if law is not SlipLaw.DAMPED:
+        if damping is not None:
+            raise ArgumentError(
+                f"the law '{law}' has no damping: remove damping, or take the law 'damped'"
+            )
+    elif damping is None:
+        raise ArgumentError("the law 'damped' needs damping, the damping ratio of the rod")
+    elif not 0.0 <= damping < np.inf:
+        raise ArgumentError(f"damping must be a number from 0, got {damping!r}")
+    return law
+
+
 @dataclass(frozen=True, kw_only=True)
 class Slip:
     """A slip of the tip, during which the clamp rests.
@@ -155,6 +194,8 @@ class Slip:
     law : SlipLaw
     ratio : float
         Kinetic over static friction, μk/μ0.
+    damping : float
+        Damping ratio ζ of the rod, for the law ``damped``.
     clamp : float
         Position of the clamp along its stage (L).
     side : int
@@ -165,6 +206,7 @@ class Slip:
     surface: Surface
     law: SlipLaw
     ratio: float
+    damping: float = 0.0
     clamp: float = 0.0
     side: int = 1
 
@@ -277,31 +319,46 @@ class Slip:
 
     def _slide(self, contact: float, way: int) -> _Slide:
         """Follow a slide in one direction to its end."""
-        onward, released, dissipated = self.side * way, 0.0, 0.0
+        onward, forces = self.side * way, None
         for begin, end in pairwise(self._sought(contact, way)):
             breaks, lost = self._computed(contact, way, self._breaks(contact, way, begin, end))
-            driving, friction, normal = self._balance(contact, way, breaks)
-            left = BPoly(driving.c - friction.c, breaks)
-            if self.law is SlipLaw.ENERGY:
-                left = left.antiderivative()
-                left = BPoly(left.c + released - dissipated, breaks)
-            elif self.law is SlipLaw.FREE:
-                left = driving
-            stop, lifts = first_fall(left), np.nan
+            part = self._balance(contact, way, breaks)
+            forces = part if forces is None else forces.followed_by(part)
+            stop, lifts = self._stop(forces), np.nan
             if self.surface.texture is not None:
-                lifts = first_fall(normal)
+                lifts = first_fall(forces.normal)
             if np.isfinite(lifts) and not stop <= lifts:
                 return self._landing(contact, way, lifts)
-            last = stop if np.isfinite(stop) else float(breaks[-1])
-            released += float(driving.integrate(breaks[0], last))
-            dissipated += float(friction.integrate(breaks[0], last))
             if np.isfinite(stop):
-                return _Slide(self._stopped(contact, onward, stop), released, dissipated)
+                return _Slide(
+                    self._stopped(contact, onward, stop),
+                    released=float(forces.driving.integrate(0.0, stop)),
+                    dissipated=float(forces.friction.integrate(0.0, stop)),
+                )
             if lost is not None:
-                return _Slide(contact + onward * last, lost=lost)
+                return _Slide(contact + onward * float(breaks[-1]), lost=lost)
         # The surface is not known further on, or the rod has no further states.
         self.surface(contact + onward * self._longest(contact, way))
         return _Slide(contact + onward * end, lost=Lost.BENT)
+
+    def _stop(self, forces: _Forces) -> float:
+        """Distance at which the law ends a slide; NaN if it does not end it yet (L)."""
+        if self.law is SlipLaw.FREE:
+            return first_fall(forces.driving)
+        # What drives the tip beyond friction makes it faster; its integral is the kinetic energy.
+        net = BPoly(forces.driving.c - forces.friction.c, forces.driving.x)
+        return first_spent(net, self.loss)
+
+    @property
+    def loss(self) -> float:
+        """Part of the largest kinetic energy that the rod's vibration loses by its damping.
+
+        A damped vibration keeps the part e^(−2πζ) of its energy in half a wave. A slip that inertia
+        plays no part in loses all of its kinetic energy, and one by the law ``energy`` nothing.
+        """
+        if self.law is SlipLaw.DAMPED:
+            return float(-np.expm1(-2.0 * np.pi * self.damping))
+        return 0.0 if self.law is SlipLaw.ENERGY else 1.0
 
     def _landing(self, contact: float, way: int, lifts: float) -> _Slide:
         """Find the next place at which the surface pushes a tip that lifts off in a slide."""

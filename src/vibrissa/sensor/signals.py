@@ -84,6 +84,7 @@ def scan(
     to: Quantity | Sequence[Quantity],
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
+    damping: float | None = None,
     tip_radius: Quantity = 0,
 ) -> Signals:
     """Move the clamp over a surface and record the signals.
@@ -99,7 +100,9 @@ def scan(
     law : SlipLaw
         Where a slip ends.
     kinetic_ratio : float
-        μk/μ0, for the laws ``kinetic`` and ``energy``.
+        μk/μ0, for all laws but ``free``.
+    damping : float, optional
+        Damping ratio ζ of the rod, from 0, which the law ``damped`` needs.
     tip_radius : str or number
         Radius of a ball at the tip, which traces the heights of the surface.
 
@@ -130,5 +133,6 @@ def scan(
         to=turns,
         law=law,
         kinetic_ratio=kinetic_ratio,
+        damping=damping,
     )
     return Signals(truth=truth, readings=truth.reactions * units.channels, units=units)

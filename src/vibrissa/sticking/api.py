@@ -20,6 +20,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.shape import Shape
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
+from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.mechanics.vibration import natural_frequencies
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion
@@ -33,8 +34,6 @@ from vibrissa.sticking.vibration import check_vibration
 PULLED = "the tip has left the surface, which would have to pull it"
 # What is said of rods in point contact that do what no real rod does.
 PENETRATES = "the rod passes through the surface: contact='line' lets it lie on it"
-# Largest taper factor (1 mm at the clamp, 20 µm at the tip): few rods with a larger one are solved.
-MOST_TAPER = 50.0
 # Number of cached curves, some kilobytes each: calls that vary mu0 alone need the same curve.
 KEPT_CURVES = 256
 

@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
+from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import slices
 from vibrissa.outcomes import Contact, RodSection, Status
-from vibrissa.sticking.api import MOST_TAPER, solve_curves
+from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import CURVES_AT_ONCE
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.stiction import read_curves

@@ -6,6 +6,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.mounting import IDEAL, Mounting, rod_columns
 from vibrissa.mechanics.states import SCALARS, ContactState, RodStates
+from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.mechanics.vibration import natural_frequencies, needed_nodes, unloaded_states
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.spectral import gauss_rule
@@ -13,8 +14,8 @@ from vibrissa.outcomes import TipMotion
 
 # Motions of a tip in contact.
 TOUCHING = (TipMotion.STICKS, TipMotion.SLIDES)
-# Largest taper factor, and largest number of frequencies.
-MOST_TAPER, MOST = 50.0, 20
+# Largest number of frequencies.
+MOST = 20
 # Corrections of slopes below which an iteration ends (rad), and the largest number of corrections.
 CORRECTION, MOST_CORRECTIONS = 1e-11, 40
 # Error of the moment at the clamp, relative to 1 + f, up to which a shape is accepted; otherwise

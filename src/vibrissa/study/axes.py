@@ -41,7 +41,7 @@ def in_list(written: Any) -> Any:
 
 _NO_FLAG = BeforeValidator(_no_flag)
 _Number: TypeAlias = Annotated[FiniteFloat, _NO_FLAG]
-# The largest taper is that of `vibrissa.sticking.api`.
+# The largest taper is that of `vibrissa.mechanics.taper`.
 Theta: TypeAlias = Annotated[FiniteFloat, Field(ge=1, le=50), _NO_FLAG]
 Eta: TypeAlias = Annotated[FiniteFloat, Field(gt=0, lt=1), _NO_FLAG]
 _Positive: TypeAlias = Annotated[FiniteFloat, Field(gt=0), _NO_FLAG]
@@ -150,6 +150,9 @@ LAW_AXES: dict[str, Axis] = {
     "law": Axis("slip law, which says where a slip ends: " + ", ".join(SlipLaw), _Law),
     "kinetic_ratio": Axis(
         "kinetic over static friction, above 0 and at most 1; the law free has none", _Ratio
+    ),
+    "damping": Axis(
+        "damping ratio of the rod's vibration, from 0; the law damped alone has one", _NotNegative
     ),
 }
 

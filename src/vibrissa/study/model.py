@@ -108,6 +108,8 @@ class _Scanned:
         scan, axes = self._scan, dict(self._scan.axes)
         if law and set(law) <= {SlipLaw.FREE}:
             axes.pop("kinetic_ratio", None)
+        if law and {SlipLaw.DAMPED}.isdisjoint(law):
+            axes.pop("damping", None)
         found: dict[str, set[Any]] = {}
         known = scan.surface or []
         for name in set(surface or known) & set(known):
@@ -221,7 +223,8 @@ class Study(Section):
                 mistakes.add(f"{needs}; allowed here: collocation", "method")
             for name, scan in self.scans.items():
                 if scan.retracts:
-                    text = "the law energy and a path backward need `method: collocation`"
+                    text = "the laws energy and damped, and a path backward, need "
+                    text += "`method: collocation`"
                     mistakes.add(text, "scans", name)
         for name, figure in self.figures.items():
             if FIGURE_KINDS[figure.kind].frequencies and not self.frequencies:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeAlias
 
@@ -24,8 +24,8 @@ MOST_SURFACES, MOST_PERIODS = 64, 2000
 SHORT_PERIOD = 0.01
 # Upper bound of the time of a period (s).
 PERIOD = 0.1
-# A slip law, and its ratio of kinetic to static friction if it has one.
-Law: TypeAlias = tuple[str, float | None]
+# A slip law: its name and the values of the further axes that bear on it, by their names.
+Law: TypeAlias = dict[str, Any]
 
 
 class ScanSection(Section):
@@ -44,6 +44,7 @@ class ScanSection(Section):
     )
     law: Annotated[tuple[str, ...], LAW_AXES["law"]] = (SlipLaw.FREE.value,)
     kinetic_ratio: Annotated[tuple[float, ...] | None, LAW_AXES["kinetic_ratio"]] = None
+    damping: Annotated[tuple[float, ...] | None, LAW_AXES["damping"]] = None
     cycles: Count | None = Field(
         default=None, description="number of stick-slip cycles, a whole number from 1"
     )
@@ -76,9 +77,14 @@ class ScanSection(Section):
         if self.kinetic_ratio is not None and not slows:
             mistakes.add(
                 "the law free has no kinetic friction; remove kinetic_ratio, or set law to "
-                f"{SlipLaw.KINETIC} or {SlipLaw.ENERGY}",
+                f"{SlipLaw.KINETIC}, {SlipLaw.ENERGY} or {SlipLaw.DAMPED}",
                 "kinetic_ratio",
             )
+        if SlipLaw.DAMPED in self.law and self.damping is None:
+            mistakes.add("missing 'damping': the law damped needs it", "law")
+        if SlipLaw.DAMPED not in self.law and self.damping is not None:
+            text = "the law damped alone has a damping; remove damping, or add the law damped"
+            mistakes.add(text, "damping")
         for place, (begin, end) in enumerate(pairwise([0.0, *(self.to or ())])):
             if abs(exact(end) - exact(begin)) < exact(max(self.dx0)):
                 text = f"each part of the path must be at least one step dx0 = {max(self.dx0):g}"
@@ -99,18 +105,26 @@ class ScanSection(Section):
 
     @property
     def laws(self) -> list[Law]:
-        """Slip laws, each with its ratio; the law free has none."""
-        slow = self.kinetic_ratio or ()
-        laws: list[Law] = [
-            (law, ratio) for law in self.law if law != SlipLaw.FREE for ratio in slow
-        ]
-        return [(SlipLaw.FREE.value, None), *laws] if SlipLaw.FREE in self.law else laws
+        """Slip laws, each with its ratio and its damping; the law free comes first."""
+        laws: list[Law] = [{"law": SlipLaw.FREE.value}] if SlipLaw.FREE in self.law else []
+        for law in self.law:
+            if law == SlipLaw.FREE:
+                continue
+            values = {"kinetic_ratio": self.kinetic_ratio or ()}
+            if law == SlipLaw.DAMPED:
+                values["damping"] = self.damping or ()
+            laws += [
+                {"law": law, **dict(zip(values, chosen, strict=True))}
+                for chosen in product(*values.values())
+            ]
+        return laws
 
     @property
     def retracts(self) -> bool:
         """Whether a scan may need states in which the clamp is pulled back."""
         backward = any(end < begin for begin, end in pairwise([0.0, *(self.to or ())]))
-        return SlipLaw.ENERGY in self.law or backward or self.stage_angle[0] < 0.0
+        overshoots = any(SlipLaw(law).overshoots for law in self.law)
+        return overshoots or backward or self.stage_angle[0] < 0.0
 
     def steps(self, dx0: float) -> int:
         """Count the steps of the path, or the slips."""

@@ -38,7 +38,7 @@ def computed_scans(
     scan: str,
     axes: Mapping[str, Values],
     surfaces: Sequence[Variant],
-    laws: Sequence[tuple[str, float | None]],
+    laws: Sequence[Mapping[str, Any]],
     to: Sequence[float] | None,
     cycles: int | None,
     shapes: bool,
@@ -59,9 +59,9 @@ def computed_scans(
         # Solved alone, as a command solves it: together with others it differs by rounding.
         (curve,) = solve([rod], method=method, contact=contact, section=section, retract=True)
         for variant, surface in zip(surfaces, places, strict=True):
-            for law, ratio in laws:
-                found = _moved(curve, surface, rod, law, ratio, to=to, cycles=cycles)
-                point = {**rod, **variant, "law": law, "kinetic_ratio": ratio}
+            for law in laws:
+                found = _moved(curve, surface, rod, law, to=to, cycles=cycles)
+                point = {**rod, **variant, **law}
                 print(scan, spelled(point), found.status, found.message)
                 yield scan_tables(
                     scan,
@@ -78,8 +78,7 @@ def _moved(
     curve: StickingCurve,
     surface: Surface,
     rod: Rod,
-    law: str,
-    ratio: float | None,
+    law: Mapping[str, Any],
     *,
     to: Sequence[float] | None,
     cycles: int | None,
@@ -87,18 +86,8 @@ def _moved(
     """Compute a scan; without rows where it has no result, with the reason in its message."""
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
-    # The law free has no kinetic friction.
-    kinetic_ratio = 1.0 if ratio is None else ratio
     try:
-        return move(
-            stages(curve),
-            surface,
-            rod["dx0"],
-            to=to,
-            cycles=cycles,
-            law=law,
-            kinetic_ratio=kinetic_ratio,
-        )
+        return move(stages(curve), surface, rod["dx0"], to=to, cycles=cycles, **law)
     except NoResponseError as error:
         return Scan.without_rows(Outcome.OUT_OF_REACH, str(error))
     except ArgumentError as error:

@@ -8,7 +8,7 @@ import pyarrow as pa
 from vibrissa.study.axes import AXES, LAW_AXES, SURFACE_AXES
 
 # To be raised when a column changes its meaning, name or type: older files are then refused.
-SCHEMA_VERSION = "8"
+SCHEMA_VERSION = "9"
 
 NONE = "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from responses import respond
+from responses import by_law, respond
 from steel import NOISE, measured, recording_of
 from steel import identified as friction_in
 from vibrissa.scanning import surfaces
@@ -23,7 +23,8 @@ def response():
 
 def signals(response, law="free", turns=("0.4",), step="0.0005"):
     """Clamp positions, readings and the first row of each period of a clean recording."""
-    truth = simulate(response, surfaces.random(3, 0.3, 0.04, 0.05), path(step, turns), law, 0.8)
+    surface = surfaces.random(3, 0.3, 0.04, 0.05)
+    truth = simulate(response, surface, path(step, turns), **by_law(law))
     begins = np.flatnonzero(np.diff(truth.period, prepend=0))
     return truth.clamp.copy(), measured(truth.reactions, 4), begins
 

@@ -6,6 +6,7 @@ from itertools import permutations
 
 import numpy as np
 
+from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.heights import HIGHEST, LOWEST
 from vibrissa.sensor.tolerances import TOLERABLE
@@ -33,9 +34,9 @@ NEEDS = {"moment_origin_x": 2, "moment_origin_y": 2}
 # Steps of difference quotients: in units of the parameter; for the height as a part of the gap
 # between the surface and an upright rod.
 STEP, STEP_IN_GAP = 1e-4, 1e-3
-# Largest angle (rad), θ and curvature (1/L), and least part of a given size or scale, that is tried
+# Largest angle (rad) and curvature (1/L), and least part of a given size or scale, that is tried
 # for a set-up.
-MOST_ANGLE, THICKEST, MOST_CURVED, LEAST_SCALE = 0.25 * np.pi, 50.0, 5.0, 0.1
+MOST_ANGLE, MOST_CURVED, LEAST_SCALE = 0.25 * np.pi, 5.0, 0.1
 # Number of half waves of a drift. All further half waves have 0.11 of the line's deviation.
 WAVES = 8
 # Matrices that, times the loads, are the change of the readings per unit of a parameter: E, d0⁴,
@@ -105,7 +106,7 @@ def ranges_of(given: Whisker | None) -> dict[str, Range]:
     mounting = given.mounting
     scale = Range(low=LEAST_SCALE - 1.0)
     return {
-        "theta": Range(low=1.0 - given.theta, high=THICKEST - given.theta),
+        "theta": Range(low=1.0 - given.theta, high=MOST_TAPER - given.theta),
         # Downwards, as forces are singular where the rod is upright.
         "eta": Range(
             low=LOWEST - given.eta,
