@@ -5,8 +5,11 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
+from responses import by_law
 from vibrissa import Mounting, Status, solve_curve, solve_onset, stick_slip
-from vibrissa.outcomes import End
+from vibrissa.outcomes import End, SlipLaw
+from vibrissa.scanning.cycles import move, stages
+from vibrissa.scanning.surfaces import constant
 from vibrissa.sticking.curve import failed_curve
 
 D = Decimal
@@ -100,6 +103,18 @@ def test_step_longer_than_the_period_slips_every_time(curve):
     scan = stick_slip(curve, D("0.1"), D("0.01"), cycles=2)
     assert scan.phase.tolist() == ["stick", "slip", "slip"]
     assert scan.cycle.tolist() == [1, 1, 2]
+
+
+def test_cycles_by_each_law_are_those_of_a_path(curve):
+    ends = {}
+    for law in SlipLaw:
+        options = {"kinetic_ratio": 0.7, **by_law(law)}
+        cycles = stick_slip(curve, 0.3, 0.002, 3, **options)
+        to = [float(cycles.clamp[-1])]
+        path = move(stages(curve), constant(0.3), 0.002, to=to, **options)
+        assert cycles.contact.tolist() == path.contact.tolist()
+        ends[law] = cycles.periods.contact_rest[0]
+    assert ends["kinetic"] < ends["damped"] < ends["energy"]
 
 
 def test_failed_curve_gives_an_empty_failed_scan():
