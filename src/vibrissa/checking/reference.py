@@ -29,8 +29,8 @@ from vibrissa.wording import counted, markdown_table
 DIGITS = 12
 # Largest number of differences in a summary.
 MOST_ROWS = 30
-# Number of rows that are compared together: some 100 MB of texts.
-AT_ONCE = 30_000
+# Number of rows that are compared together: some 50 MB of texts.
+AT_ONCE = 10_000
 
 
 @dataclass(frozen=True, kw_only=True)
