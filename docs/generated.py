@@ -66,6 +66,12 @@ def grid_keys() -> dict[str, Any]:
     return study_schema()["$defs"]["GridSection"]["properties"]
 
 
+def points_keys() -> str:
+    """Table of the keys of a grid with the points of a file, except the axes."""
+    properties = study_schema()["$defs"]["PointsSection"]["properties"]
+    return section_keys("PointsSection", {axis: properties[axis] for axis in AXES})
+
+
 def figure_kinds() -> str:
     """Table of the kinds of figures."""
     rows = [
@@ -205,6 +211,7 @@ def parts() -> dict[str, tuple[str, str]]:
         "packages": ("architecture", packages()),
         "study": ("study_file", section_keys("")),
         "grids": ("study_file", section_keys("GridSection")),
+        "points": ("study_file", points_keys()),
         "surfaces": ("study_file", section_keys("SurfaceSection")),
         "scans": ("study_file", section_keys("ScanSection", shared)),
         "states": ("study_file", section_keys("StateSection")),

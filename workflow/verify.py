@@ -24,7 +24,11 @@ from vibrissa.study.reading import read_study
 def verify(folder: Path, scratch: str) -> Comparison:
     """Run the study of an unpacked archive in a scratch folder, and compare the results."""
     study_file = folder / "config.yaml"
-    results = Path("results", read_study(study_file).name)
+    study = read_study(study_file)
+    results = Path("results", study.name)
+    for name in (f"tables/{table}.parquet" for table in study.tables):
+        if not (folder / results / name).is_file():
+            raise ArchiveError(f"{results} has no file {name}; unpack the archive again")
     command = [sys.executable, "-m", "vibrissa.pipeline", "--snakefile", str(folder / "Snakefile")]
     command += ["--configfile", str(study_file), "--directory", scratch]
     if subprocess.run(command, check=False).returncode:

@@ -1,6 +1,7 @@
 """Exceptions for invalid input or an unsuitable environment; any other exception is a bug."""
 
 from pathlib import Path
+from typing import Any
 
 
 class VibrissaError(Exception):
@@ -13,6 +14,14 @@ class MissingExtraError(VibrissaError, ImportError):
 
 class ArgumentError(VibrissaError, ValueError):
     """An argument is invalid; the message gives its name, its value and the allowed values."""
+
+
+class EndedScanError(ArgumentError):
+    """A scan that cannot go on, as the tip leaves its surface; `scan` has the steps up to there."""
+
+    def __init__(self, message: str, scan: Any) -> None:
+        super().__init__(message)
+        self.scan = scan
 
 
 class UnknownNameError(ArgumentError):

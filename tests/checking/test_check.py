@@ -13,9 +13,10 @@ import pytest
 
 import made_tables
 import small_study
+from vibrissa.checking import reference
 from vibrissa.checking.condensing import condensed
 from vibrissa.checking.differences import moved
-from vibrissa.checking.reference import bless, compare_folders
+from vibrissa.checking.reference import as_text, bless, compare_folders
 from vibrissa.checking.tolerances import Tolerance, read_layouts
 from vibrissa.errors import ComparisonError
 from vibrissa.sticking.comparison import compare
@@ -140,6 +141,42 @@ def test_a_relative_tolerance_is_of_the_size_of_the_reference_and_the_other_is_z
         assert moved(before, after, tolerance).tolist() == [False, True]
 
 
+def test_steps_are_condensed_a_part_at_a_time(tmp_path, stiction, monkeypatch):
+    """The parts of a file divide cycles, and the scan without states has no cycle."""
+    tables = {name: table for name, table in small_study.tables().items() if name != "stiction"}
+    whole = condensed(with_results(tmp_path, "whole", stiction, **tables))
+    monkeypatch.setattr(store, "ROW_GROUP", 3)
+    parts = condensed(with_results(tmp_path, "parts", stiction, **tables))
+    assert len(whole["scans"]) == 2 + 2 + 1
+    for name, table in whole.items():
+        one, other = (as_text(frame, LAYOUTS[name]) for frame in (parts[name], table))
+        pd.testing.assert_frame_equal(one, other)
+
+
+def test_differences_do_not_depend_on_how_many_rows_are_compared_together(
+    tmp_path, stiction, monkeypatch
+):
+    tables = small_study.tables()
+    results = with_results(tmp_path, "one", **{"table": tables.pop("stiction"), **tables})
+    tables = small_study.tables()
+    moved, less = tables["periods"], tables["stiction"].slice(2)
+    other = changed(changed(moved, "travel", 0, 0.5), "travel", 1, 0.7)
+    more = {"scans": tables["scans"], "states": tables["states"], "periods": other}
+    other = with_results(tmp_path, "other", pa.concat_tables([less, less.slice(0, 1)]), **more)
+
+    def found():
+        """What differs; the rows that are named as examples may be others."""
+        differences = compare_folders(results, other, LAYOUTS).differences
+        return [(one.problem, one.column, one.rows, one.absolute) for one in differences]
+
+    together = found()
+    assert len(together) == 3 and ("moved", "travel", 2, pytest.approx(0.69, abs=0.01)) in together
+    monkeypatch.setattr(reference, "AT_ONCE", 1)
+    assert sorted(found()) == sorted(together)
+    bless(results, tmp_path / "r", LAYOUTS)
+    assert told((results, tmp_path / "r")) == []
+
+
 @pytest.mark.slow
 def test_rows_and_tables_that_come_and_go_are_told(tmp_path, blessed, stiction):
     _, folder = blessed
@@ -219,7 +256,7 @@ def test_a_layout_that_says_nothing_is_refused(blessed, tmp_path):
             compared(blessed)
     with pytest.raises(ComparisonError, match="is a folder of results"):
         bless(blessed[0], blessed[0], LAYOUTS)
-    with pytest.raises(ComparisonError, match=r"no file tables/stiction\.parquet; run the study"):
+    with pytest.raises(ComparisonError, match=r"has no tables; run the study first"):
         condensed(blessed[1])
 
 

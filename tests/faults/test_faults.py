@@ -21,7 +21,10 @@ ROOT = Path(__file__).parents[2]
 STUDY = """study: faults
 chunk: {theta: 1}
 grids: {g: {theta: {start: 1, stop: 3, step: 0.25}, mu0: [0.3, 5], eta: [0.85], dx0: [0.005]}}
-scans: {s: {theta: [2], mu0: [0.3], eta: [0.85], dx0: [0.005], cycles: 1}}
+surfaces: {rough: {mean: 0.3, deviation: 0.05, correlation: 0.05, seed: [1, 2]}}
+scans:
+  s: {theta: [1, 2, 3], surface: rough, eta: [0.85], dx0: [0.005], law: [free, energy],
+      kinetic_ratio: 0.7, cycles: 2}
 """
 COMMAND = [sys.executable, "-m", "vibrissa.pipeline", "--configfile", "study.yaml", "--cores", "2"]
 # CI runs a few: VIBRISSA_TRIES=3.
@@ -118,9 +121,10 @@ def test_a_file_is_damaged(tmp_path, undisturbed, seed):
     path.write_bytes(data)
     os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
     # A chunk is read only where the table of all chunks must be made again.
-    is_chunk = "chunks" in path.parts
-    if is_chunk:
-        (tmp_path / "results/faults/tables/stiction.parquet").unlink()
+    kind, *below = path.relative_to(tmp_path / "results/faults").parts
+    if kind != "tables":
+        table = "stiction" if kind == "chunks" else below[0]
+        (tmp_path / f"results/faults/tables/{table}.parquet").unlink()
     status, screen = finish(tmp_path)
     assert status == 0, screen
     assert f"{path.relative_to(tmp_path)} " in screen and ": it is made again" in screen

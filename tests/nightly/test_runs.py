@@ -9,11 +9,14 @@ import subprocess
 import sys
 import time
 import venv
+import zipfile
 from pathlib import Path
 
 import pytest
 
 from runs import ROOT, STICTION, TINY
+from vibrissa.archive.crate import write_archive
+from vibrissa.study.reading import read_study
 
 SNAKEMAKE = ["-m", "snakemake", "--cores", "2"]
 CAPTIONS, SUMMARY = "results/tiny/figures/captions.md", "results/tiny/summary.txt"
@@ -75,7 +78,10 @@ rule mine:
 def test_a_module_may_have_a_prefix(tmp_path):
     """And figures by scripts, and the check of tables that Snakemake has no record of."""
     own = "  own: {kind: script, script: own.py, grid: main, formats: []}\n"
-    study = "sensor:" + TINY.replace("figures:\n", f"figures:\n{own}").replace("\n", "\n  ")
+    study = TINY.replace("figures:\n", f"figures:\n{own}")
+    study = study.replace("scans:\n", "  more: {points: mine.csv, dx0: 0.005}\nscans:\n")
+    study = "sensor:" + study.replace("\n", "\n  ")
+    (tmp_path / "mine.csv").write_text("theta,mu0,eta\n1.5,0.3,0.85\n")
     (tmp_path / "mine.yaml").write_text(study)
     (tmp_path / "own.py").write_text(SCRIPT)
     (tmp_path / "Snakefile").write_text(
@@ -189,6 +195,57 @@ def test_an_archive_makes_its_results_again(unpacked):
     (unpacked / STICTION).unlink()
     status, screen = verified()
     assert status == 2 and "has no file tables/stiction.parquet" in screen
+
+
+def test_files_of_points_and_profiles_are_part_of_the_study(fresh, tmp_path):
+    """They are archived; an edit is noticed, a remark is not; tables are compared and repeated."""
+    grid, scan = "  more: {points: mine.csv, dx0: 0.005}\n", "  rough: {theta: 2, eta: 0.85, "
+    scan += "dx0: 0.005, surface: measured, law: energy, kinetic_ratio: 0.7, cycles: 2}\n"
+    fresh.edit("states:\n", f"{scan}surfaces: {{measured: {{profile: friction.csv}}}}\nstates:\n")
+    fresh.edit("scans:\n", f"{grid}scans:\n")
+    fresh.write("mine.csv", "theta,mu0,eta\n2,0.3,0.85\n1.7,0.2,0.8\n")
+    fresh.write("friction.csv", "x,mu0\n0,0.2\n1,0.3\n")
+    fresh.run()
+    for arguments, verdict in ((["--bless"], "is written"), ([], "Unchanged: all ")):
+        command = [sys.executable, ROOT / "workflow/check.py", "--configfile", "tiny.yaml"]
+        result = subprocess.run(
+            [*command, *arguments], cwd=fresh.root, capture_output=True, text=True
+        )
+        assert result.returncode == 0 and verdict in result.stdout, result.stdout + result.stderr
+    study = read_study(fresh.root / "tiny.yaml")
+    assert study.data_files == ["friction.csv", "mine.csv"]
+    results, packed = fresh.root / "results/tiny", tmp_path / "tiny.zip"
+    source = fresh.root / "tiny.yaml"
+    write_archive(ROOT, results, study.results, source, "0" * 40, packed, study.data_files)
+    zipfile.ZipFile(packed).extractall(tmp_path / "unpacked")
+    command = [sys.executable, "workflow/verify.py"]
+    result = subprocess.run(command, cwd=tmp_path / "unpacked", capture_output=True, text=True)
+    assert result.returncode == 0 and "Unchanged: " in result.stdout, result.stdout + result.stderr
+    shutil.rmtree(fresh.root / ".snakemake")
+    shown = {"figures": 1, "report": 1, "summary": 1}
+    fresh.edit("1.7,0.2,0.8", "# a remark\n1.7,0.20,.8", "mine.csv")
+    assert fresh.jobs() == {}
+    fresh.edit("0.20,.8", "0.21,.8", "mine.csv")
+    assert fresh.jobs() == shown | {"chunk": 1, "stiction": 1}
+    fresh.edit("1,0.3", "1,0.4", "friction.csv")
+    scans = {"scan_chunk": 1, "scans": 1, "periods": 1}
+    assert fresh.jobs() == shown | scans | {"chunk": 1, "stiction": 1}
+
+
+def test_a_study_may_have_scans_alone(fresh):
+    scan = "{theta: [1, 2], mu0: 0.3, eta: 0.85, dx0: 0.01, cycles: 2}"
+    figure = "figures: {load: {kind: sawtooth, scan: runs, theta: 2}}"
+    fresh.write("scans.yaml", f"study: alone\nscans: {{runs: {scan}}}\n{figure}\n")
+    assert "2 scans: 2 slip" in fresh.run(study="scans.yaml")
+    assert fresh.jobs(study="scans.yaml") == {}
+    tables = fresh.root / "results/alone/tables"
+    assert {path.stem for path in tables.glob("*.parquet")} == {"scans", "periods"}
+    for arguments, verdict in ((["--bless"], "is written"), ([], "Unchanged: all 8 rows")):
+        command = [sys.executable, ROOT / "workflow/check.py", "--configfile", "scans.yaml"]
+        result = subprocess.run(
+            [*command, *arguments], cwd=fresh.root, capture_output=True, text=True
+        )
+        assert result.returncode == 0 and verdict in result.stdout, result.stdout + result.stderr
 
 
 SCRIPT = """

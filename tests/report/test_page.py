@@ -261,6 +261,20 @@ def test_points_follow_the_longest_axis_of_their_grid(study_tables):
         assert (thetas[0], thetas[-1]) == (1.0, 3.0)
 
 
+def test_of_points_that_are_no_product_the_first_are_shown(study_tables):
+    table = study_tables["stiction"]
+    some = table.filter(pa.compute.equal(table["grid"], "taper")).slice(1)
+    (points,) = tables.sections({"stiction": some})
+    shown = {column.name: column.cells for column in points.columns}
+    assert [float(cell) for cell in shown["θ"]] == some["theta"].to_pylist()[: len(shown["θ"])]
+    assert [float(cell) for cell in shown["μ0"]] == some["mu0"].to_pylist()[:40]
+
+
+def test_a_study_without_grids_has_its_results(study_tables):
+    scans = {name: study_tables[name] for name in ("scans", "periods")}
+    assert facts.results(scans) == facts.results(study_tables)[-1:] != []
+
+
 @pytest.mark.parametrize(
     ("values", "texts"),
     [

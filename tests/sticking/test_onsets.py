@@ -35,6 +35,26 @@ def test_a_row_is_the_onset_of_its_values(random):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rod", "kind"),
+    [
+        ((2.0, 0.85), {"mounting": Mounting(clamp_angle=0.1)}),
+        ((2.0, 0.85), {"section": "planar"}),
+        ((3.0, 0.75), {"contact": "line"}),
+    ],
+)
+def test_other_mountings_sections_and_contacts_are_as_one_at_a_time(rod, kind):
+    """Where a round rod that is not ideal buckles depends on its margin of stability."""
+    theta, eta = rod
+    table = solve_onsets(theta, [0.3, 3.0], eta, **kind)
+    for row in table.itertuples():
+        one = solve_onset(theta, row.mu0, eta, **kind)
+        assert (row.status, row.message) == (one.status, "")
+        assert row.mu_lock == pytest.approx(one.mu_lock, abs=1e-9)
+        assert row.x0_slip == pytest.approx(one.x0_slip, abs=1e-9, nan_ok=True)
+
+
+@pytest.mark.slow
 def test_arguments_are_broadcast_and_rows_keep_their_order():
     table = solve_onsets([1.0, 2.0], np.array([[0.3], [0.4], [0.5]]), 0.85)
     assert table["theta"].tolist() == [1.0, 2.0] * 3

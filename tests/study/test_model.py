@@ -212,7 +212,7 @@ WRONG = {
     "reach": ("x1: 0.15", "x1: -0.84", "20: states.single", "x1^2 + eta^2 < 1"),
     "nan": ("[0.001]", "[0.001, .nan]", "11: grids.main.dx0[1]", "nan is not allowed"),
     "inf": ("[1, 2.5]", "[1, .inf]", "8: grids.main.theta[1]", "inf is not allowed"),
-    "no grids": (STUDY[STUDY.index("grids:") :], "grids: {}", "6: grids", "at least 1"),
+    "nothing": (STUDY[STUDY.index("grids:") :], "grids: {}", "", "nothing to solve; add an entry"),
     "points": ("method: collocation", "max_points: 44", "4: max_points", "has 45 points, c"),
     "kind": ("kind: state,", "kind: stait,", "28: figures.state.kind", "'taper', 'friction',"),
     "unknown state": ("state: single", "state: x", "28: figures.state.state", "allowed: single"),

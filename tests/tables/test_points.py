@@ -6,11 +6,13 @@ import pytest
 
 import made_tables
 from vibrissa import solve_curve
-from vibrissa.errors import DamagedTableError
+from vibrissa.errors import DamagedTableError, StudyError
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.study.chunks import ROW_ORDER, Chunk, columns_at, number_of_points
+from vibrissa.study.reading import read_study
 from vibrissa.tables import query, store
+from vibrissa.tables.points import solved_rows
 from vibrissa.tables.rods import rods_of
 from vibrissa.tables.schemas import STICTION
 
@@ -133,3 +135,52 @@ def test_a_chunk_of_another_study_file_is_refused(chunk, axes, change, words):
         list(rows_of(chunk, grid, wanted, solver))
     assert f"was made from another study file, which has the line '{words}'" in str(error.value)
     assert error.value.path == chunk
+
+
+POINTS = "theta,mu0,eta,dx0\n2,0.4,0.85,0.01\n1,3,0.85,0.001\n2,0.2,0.85,0.001\n1,0.2,0.85,0.01\n"
+
+
+@pytest.fixture
+def points(tmp_path):
+    """A study with points in a file, and the rows of its chunks."""
+
+    def solved(text=POINTS, most=2):
+        (tmp_path / "mine.csv").write_text(text)
+        path = tmp_path / "my.yaml"
+        path.write_text(f"study: a\nchunk: {{rods: {most}}}\ngrids: {{g: {{points: mine.csv}}}}\n")
+        study = read_study(path)
+        return study, lambda: [
+            row
+            for chunk in study.chunks.values()
+            for part in solved_rows(**chunk.params, study="a", **made_tables.SOLVER)
+            for row in part.to_pylist()
+        ]
+
+    return solved
+
+
+def test_points_of_a_file_are_those_of_a_grid(points, table):
+    _, solved = points()
+    rows = solved()
+    assert [(row["theta"], row["mu0"]) for row in rows] == [(2, 0.4), (2, 0.2), (1, 3), (1, 0.2)]
+    known = {tuple(row[axis] for axis in ROW_ORDER): row for row in table.to_pylist()}
+    for row in rows:
+        same = known[tuple(row[axis] for axis in ROW_ORDER)]
+        for name, value in same.items():
+            if isinstance(value, float):
+                assert row[name] == pytest.approx(value, abs=1e-9), name
+            elif name != "study":
+                assert row[name] == value, name
+
+
+def test_points_do_not_depend_on_their_chunks(points):
+    for one, other in zip(points()[1](), points(most=1)[1](), strict=True):
+        assert one["status"] == other["status"] and one["n_steps"] == other["n_steps"]
+        assert one["x0_slip"] == pytest.approx(other["x0_slip"], abs=1e-12)
+
+
+def test_a_file_that_changes_while_a_study_runs_ends_it(points, tmp_path):
+    _, solved = points()
+    (tmp_path / "mine.csv").write_text(POINTS.replace("0.4", "0.41"))
+    with pytest.raises(StudyError, match=r"mine\.csv has changed since the run began; run the sa"):
+        solved()

@@ -18,8 +18,7 @@ rule chunk:
         * STUDY.chunks[wildcards.chunk].minutes(STUDY.method.by_step),
     params:
         study=STUDY.name,
-        grid=lambda wildcards: STUDY.chunks[wildcards.chunk].grid,
-        axes=lambda wildcards: STUDY.chunks[wildcards.chunk].axes,
+        points=lambda wildcards: STUDY.chunks[wildcards.chunk].params,
         solver=STUDY.solved,
         # Stored in the file: rule `stiction` refuses a chunk of another study file.
         study_part=lambda wildcards: STUDY.chunk_part(wildcards.chunk),

@@ -2,9 +2,10 @@
 
 from vibrissa.pipeline import jobs
 from vibrissa.tables import schemas, store
-from vibrissa.tables.points import solved_points
+from vibrissa.tables.points import solved_points, solved_rows
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
-    batches = solved_points(params.grid, params.axes, params.study, **params.solver)
+    solved = solved_rows if "file" in params.points else solved_points
+    batches = solved(**params.points, study=params.study, **params.solver)
     store.write_batches(batches, schemas.STICTION, snakemake.output[0], params.study_part)

@@ -1,9 +1,12 @@
 """Condensed tables of a folder of results, small enough to compare in a diff."""
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 
 from vibrissa.errors import ComparisonError
 from vibrissa.study.axes import MOUNTING_AXES
@@ -42,10 +45,23 @@ _CYCLE = {
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     """Read the tables in a folder of results, condensed enough to compare them in a diff.
 
-    The result maps names to tables. ``stiction``, ``periods`` and ``comparisons`` have all rows of
-    the table of the same name. ``curves`` has the first row of ``stiction`` for each rod, ``scans``
-    one row for each stick-slip cycle, and ``states`` one row for each state. ``scans``,
-    ``periods``, ``states`` and ``comparisons`` exist only if the study has them.
+    The result maps names to tables, as `condensed_parts` describes them.
+    """
+    return {name: pd.concat(parts) for name, parts in condensed_parts(folder).items()}
+
+
+def condensed_parts(folder: Path) -> dict[str, Iterator[pd.DataFrame]]:
+    """Read the tables in a folder of results a part at a time, condensed.
+
+    The result maps names to the parts of tables, of which each has at least one. ``stiction``,
+    ``periods`` and ``comparisons`` have all rows of the table of the same name. ``curves`` has the
+    first row of ``stiction`` for each rod, ``scans`` one row for each stick-slip cycle, and
+    ``states`` one row for each state. A table exists only if the study has it.
+
+    Raises
+    ------
+    ComparisonError
+        If the folder has no tables.
     """
     paths = {name: folder / f"tables/{name}.parquet" for name in TABLES}
     found = {
@@ -53,35 +69,70 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
         for name, path in paths.items()
         if path.is_file()
     }
-    if "stiction" not in found:
-        raise ComparisonError(
-            f"the folder {folder} has no file tables/stiction.parquet; run the study first"
-        )
-    result: dict[str, pd.DataFrame] = {
-        name: to_pandas(query.rows(found[name], found[name].schema.names))
+    if not found:
+        raise ComparisonError(f"the folder {folder} has no tables; run the study first")
+    result: dict[str, Iterator[pd.DataFrame]] = {
+        name: map(to_pandas, _filled(found[name]))
         for name in ("stiction", "periods", "comparisons")
         if name in found
     }
-    result["curves"] = result["stiction"].drop_duplicates(_ROD)
+    if "stiction" in found:
+        result["curves"] = _curves(found["stiction"])
     if "scans" in found:
-        steps = _without_shapes(found["scans"])
-        steps["is_slip"] = (steps["phase"] == "slip").fillna(False).astype(int)
-        cycles = steps.groupby([*SCAN, "cycle"], dropna=False)
-        result["scans"] = cycles.agg(**_CYCLE).reset_index()
+        result["scans"] = _cycles(found["scans"])
     if "states" in found:
         result["states"] = _without_shapes(found["states"])
     return result
 
 
-def _without_shapes(table: Readable) -> pd.DataFrame:
-    """Replace the coordinates of each shape by its middle point and its largest height."""
-    parts = []
-    for part in query.batches(table, table.schema.names):
+def _filled(table: Readable) -> Iterator[pa.Table]:
+    """Yield the rows of a table in batches; one without rows if there are none."""
+    yield from (
+        query.batches(table, table.schema.names)
+        if query.count(table)
+        else [table.schema.empty_table()]
+    )
+
+
+def _curves(table: Readable) -> Iterator[pd.DataFrame]:
+    """Yield the first row of each rod."""
+    seen: set[tuple[Any, ...]] = set()
+    for part in _filled(table):
+        rows = to_pandas(part).drop_duplicates(_ROD)
+        # Missing values are not equal to each other.
+        rods = list(rows[_ROD].astype(object).fillna("").itertuples(index=False, name=None))
+        yield rows[[rod not in seen for rod in rods]]
+        seen.update(rods)
+
+
+def _cycles(table: Readable) -> Iterator[pd.DataFrame]:
+    """Yield a row for each cycle of the scans in a table of steps."""
+    keys, begun = [*SCAN, "cycle"], pd.DataFrame()
+    for part in _without_shapes(table):
+        steps = pd.concat([begun, part], ignore_index=True)
+        # The steps of a cycle follow each other; the last one may go on in the next part.
+        number = steps.groupby(keys, dropna=False, sort=False).ngroup()
+        last = number == number.max()
+        if not last.all():
+            yield _by_cycle(steps[~last], keys)
+        begun = steps[last]
+    yield _by_cycle(begun, keys)
+
+
+def _by_cycle(steps: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
+    """Combine the steps of each cycle."""
+    slips = (steps["phase"] == "slip").fillna(False).astype(int)
+    cycles = steps.assign(is_slip=slips).groupby(keys, dropna=False)
+    return cycles.agg(**_CYCLE).reset_index()
+
+
+def _without_shapes(table: Readable) -> Iterator[pd.DataFrame]:
+    """Yield parts with the middle point and largest height of shapes in place of coordinates."""
+    for part in _filled(table):
         rows = to_pandas(part)
         for axis in "xy":
             shapes = rows.pop(f"shape_{axis}")
             middles = [shape[len(shape) // 2] if len(shape) else np.nan for shape in shapes]
             rows[f"middle_{axis}"] = middles
         rows["top"] = [max(shape, default=np.nan) for shape in shapes]
-        parts.append(rows)
-    return pd.concat(parts)
+        yield rows.drop(columns=["shape_s", "shape_phi"])

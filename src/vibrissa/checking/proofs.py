@@ -4,7 +4,7 @@ The intervals are in ``enclosures.csv`` beside the reference tables; `python -m 
 writes them.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -24,10 +24,35 @@ KEYS = {
 }
 
 
+def read(reference: Path) -> pd.DataFrame | None:
+    """Read the proved intervals in a reference folder; None if it has no file of proofs.
+
+    Raises
+    ------
+    ComparisonError
+        If the file cannot be read.
+    """
+    path = reference / FILE
+    try:
+        found = pd.read_csv(path, dtype={"midpoint": str})
+        return found.assign(table=found["table"].astype(str))
+    except FileNotFoundError:
+        return None
+    except (ValueError, KeyError) as error:
+        raise _no_proofs(path, error) from None
+
+
+def _no_proofs(path: Path, error: Exception) -> ComparisonError:
+    return ComparisonError(
+        f"{path} is no table of proved intervals ({error!r}); restore it from version control, or "
+        "delete it and make it anew with: python -m validation proof"
+    )
+
+
 def proved(
-    frames: Mapping[str, pd.DataFrame], reference: Path, layouts: Mapping[str, Layout]
+    table: str, proofs: pd.DataFrame | None, frame: pd.DataFrame, layout: Layout, reference: Path
 ) -> pd.DataFrame:
-    """Compare condensed results with the proved intervals in a reference folder.
+    """Compare rows of a condensed table with the proved intervals, as `read` returns them.
 
     The result has a row for each number that has a proof, and no rows if there is no file of
     proofs. Its columns are ``table``, ``quantity`` and the keys that identify the number in its
@@ -37,24 +62,15 @@ def proved(
     Raises
     ------
     ComparisonError
-        If the file of proofs cannot be read.
+        If the proofs cannot be used.
     """
-    path = reference / FILE
-    try:
-        proofs = pd.read_csv(path, dtype={"midpoint": str}).groupby("table")
-        parts = [
-            _proved_in(str(name), rows, frames[str(name)], layouts[str(name)])
-            for name, rows in proofs
-            if name in frames and name in layouts
-        ]
-    except FileNotFoundError:
+    some = None if proofs is None else proofs[proofs["table"] == table]
+    if some is None or not len(some):
         return pd.DataFrame()
+    try:
+        return _proved_in(table, some, frame, layout)
     except (ValueError, KeyError) as error:
-        raise ComparisonError(
-            f"{path} is no table of proved intervals ({error!r}); restore it from version "
-            "control, or delete it and make it anew with: python -m validation proof"
-        ) from None
-    return pd.concat(parts) if parts else pd.DataFrame()
+        raise _no_proofs(reference / FILE, error) from None
 
 
 def _proved_in(

@@ -7,7 +7,9 @@ import json
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -15,17 +17,20 @@ import pandas as pd
 from pandas.errors import ParserWarning
 
 from vibrissa.checking import proofs
-from vibrissa.checking.condensing import condensed
+from vibrissa.checking.condensing import condensed, condensed_parts
 from vibrissa.checking.differences import Difference, compare
 from vibrissa.checking.tolerances import Layout
 from vibrissa.errors import ComparisonError
 from vibrissa.files import write_atomically
+from vibrissa.tables import query, schemas
 from vibrissa.wording import counted, markdown_table
 
 # Significant digits of a float: fewer than a double has, more than any tolerance needs.
 DIGITS = 12
 # Largest number of differences in a summary.
 MOST_ROWS = 30
+# Number of rows that are compared together: some 50 MB of texts.
+AT_ONCE = 10_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,48 +105,94 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
     ComparisonError
         If there are no results, or no readable reference tables.
     """
-    frames = condensed(results)
-    found = _as_texts(frames, layouts)
-    if (reference / "tables").is_dir():
-        stored = _as_texts(condensed(reference), layouts)
-    else:
-        paths = {name: reference / f"{name}.csv" for name in layouts}
-        stored = {name: read(path) for name, path in paths.items() if path.is_file()}
+    parts = {name: part for name, part in condensed_parts(results).items() if name in layouts}
+    stored = _stored(reference, layouts)
     if not stored:
         raise ComparisonError(
             f"{reference} has no reference tables; write them: run make bless with the same STUDY "
             "and REFERENCE"
         )
-    proved = proofs.proved(frames, reference, layouts)
+    rows, proved, differences = 0, list[pd.DataFrame](), list[Difference]()
+    known = proofs.read(reference)
+    for name in sorted(stored.keys() - parts):
+        text = f"{name}: the whole table is missing"
+        differences.append(Difference(table=name, problem="table gone", text=text))
+    for name, layout in layouts.items():
+        if name not in parts:
+            continue
+        with TemporaryDirectory() as scratch:
+            number = 1 + sum(_sizes(folder, name) for folder in (results, reference)) // AT_ONCE
+            found = _Spread(Path(scratch, "results"), layout, number)
+            for part in parts[name]:
+                found.add(as_text(part, layout))
+                proved.append(proofs.proved(name, known, part, layout, reference))
+            rows += found.rows
+            if name in stored:
+                before = _Spread(Path(scratch, "reference"), layout, number)
+                for part in stored[name]:
+                    before.add(part)
+                pairs = ((before.part(n), found.part(n)) for n in range(number))
+                differences += compare(pairs, layout, name)
+            else:
+                text = f"{name}: a new table of {found.rows} rows"
+                differences.append(Difference(table=name, problem="table new", text=text))
+    numbers = pd.concat(proved, ignore_index=True) if proved else pd.DataFrame()
     return Comparison(
         results=results,
         reference=reference,
-        rows=sum(map(len, found.values())),
-        differences=[*_differences(stored, found, layouts), *proofs.refuted(proved)],
-        proved=proved,
+        rows=rows,
+        differences=[*differences, *proofs.refuted(numbers)],
+        proved=numbers,
     )
 
 
-def _differences(
-    stored: Mapping[str, pd.DataFrame],
-    found: Mapping[str, pd.DataFrame],
-    layouts: Mapping[str, Layout],
-) -> Iterator[Difference]:
-    for name in sorted(stored.keys() - found):
-        text = f"{name}: the whole table is missing"
-        yield Difference(table=name, problem="table gone", text=text)
-    for name, table in found.items():
-        if name in stored:
-            yield from compare(stored[name], table, layouts[name], name)
-        else:
-            text = f"{name}: a new table of {len(table)} rows"
-            yield Difference(table=name, problem="table new", text=text)
+def _stored(reference: Path, layouts: Mapping[str, Layout]) -> dict[str, Iterator[pd.DataFrame]]:
+    """Open the tables of a reference, or of other results: parts with texts, by table."""
+    if (reference / "tables").is_dir():
+        return {
+            name: map(partial(as_text, layout=layouts[name]), parts)
+            for name, parts in condensed_parts(reference).items()
+            if name in layouts
+        }
+    paths = {name: reference / f"{name}.csv" for name in layouts}
+    return {name: read_parts(path) for name, path in paths.items() if path.is_file()}
 
 
-def _as_texts(
-    frames: Mapping[str, pd.DataFrame], layouts: Mapping[str, Layout]
-) -> dict[str, pd.DataFrame]:
-    return {name: as_text(frames[name], layouts[name]) for name in frames if name in layouts}
+def _sizes(folder: Path, table: str) -> int:
+    """Return the number of rows of a table of results that `table` is condensed from, or 0."""
+    # A scan has as many cycles as periods.
+    name = {"curves": "stiction", "scans": "periods"}.get(table, table)
+    path = folder / f"tables/{name}.parquet"
+    return query.count(query.opened(path, schemas.TABLES[name])) if path.is_file() else 0
+
+
+class _Spread:
+    """Rows of a table, spread over some files by their keys, so that few are in memory at a time.
+
+    Equal keys are in the part of the same number.
+    """
+
+    def __init__(self, folder: Path, layout: Layout, number: int) -> None:
+        self.rows = 0
+        self._keys, self._names = layout.keys, [*layout.keys, *layout.columns]
+        self._files = [folder / f"{n}.csv" for n in range(number)]
+        folder.mkdir()
+
+    def add(self, part: pd.DataFrame) -> None:
+        """Add rows with texts."""
+        self.rows += len(part)
+        self._names = list(part)
+        keys = [name for name in self._keys if name in part]
+        place = pd.util.hash_pandas_object(part[keys], index=False) % len(self._files)
+        for n, rows in part.groupby(place.to_numpy(), sort=False):
+            path = self._files[int(n)]
+            rows.to_csv(path, mode="a", header=not path.exists(), index=False)
+
+    def part(self, number: int) -> pd.DataFrame:
+        """Return the rows in a part."""
+        if not self._files[number].exists():
+            return pd.DataFrame(columns=self._names, dtype=str)
+        return pd.read_csv(self._files[number], dtype=str, keep_default_na=False)
 
 
 def as_text(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
@@ -180,8 +231,8 @@ def _spell(value: Any) -> str:
     return str(value)
 
 
-def read(path: Path) -> pd.DataFrame:
-    """Read a reference table as text.
+def read_parts(path: Path) -> Iterator[pd.DataFrame]:
+    """Read a reference table as text, a part at a time.
 
     Raises
     ------
@@ -190,7 +241,9 @@ def read(path: Path) -> pd.DataFrame:
     """
     try:
         with warnings.catch_warnings(action="error", category=ParserWarning):  # a row is too long
-            return pd.read_csv(path, dtype=str, keep_default_na=False, index_col=False)
+            yield from pd.read_csv(
+                path, dtype=str, keep_default_na=False, index_col=False, chunksize=AT_ONCE
+            )
     # Pandas' own errors and undecodable bytes are ValueErrors.
     except (ValueError, ParserWarning) as error:
         raise ComparisonError(
@@ -211,7 +264,8 @@ def bless(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> None
         raise ComparisonError(
             f"{reference} is a folder of results; reference tables need a folder of their own"
         )
-    found = _as_texts(condensed(results), layouts)
+    frames = condensed(results)
+    found = {name: as_text(frames[name], layouts[name]) for name in frames if name in layouts}
     reference.mkdir(parents=True, exist_ok=True)
     for name in layouts:
         path = reference / f"{name}.csv"

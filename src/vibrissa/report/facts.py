@@ -52,8 +52,23 @@ def summary(found: Mapping[str, Readable]) -> dict[str, str]:
 
 def results(found: Mapping[str, Readable]) -> list[str]:
     """Write the main results of a study as sentences: where tips slip, where they lock, scans."""
+    lines = _results_of_points(found["stiction"]) if "stiction" in found else []
+    if "scans" in found:
+        where = query.one_of("cycle", [1]) & query.one_of("status", ["slip"])
+        first = query.frame(found["scans"], ["x0", *AXES_SHOWN], where)
+        ends = first.groupby([*AXES_SHOWN], as_index=False)["x0"].max()
+        if len(ends) > 1:
+            least, most = (ends.loc[getattr(ends["x0"], end)()] for end in ("idxmin", "idxmax"))
+            lines.append(
+                f"In the scans x0,max is {_length(least['x0'])} ({_at(least)}) to "
+                f"{_length(most['x0'])} ({_at(most)})."
+            )
+    return lines
+
+
+def _results_of_points(table: Readable) -> list[str]:
     lines = []
-    points = query.frame(found["stiction"], ["status", "x0_slip", *AXES_SHOWN, "mu_lock"])
+    points = query.frame(table, ["status", "x0_slip", *AXES_SHOWN, "mu_lock"])
     slips = points[points["status"] == "slip"]
     if len(slips):
         least, most = (slips.loc[getattr(slips["x0_slip"], end)()] for end in ("idxmin", "idxmax"))
@@ -70,16 +85,6 @@ def results(found: Mapping[str, Readable]) -> list[str]:
             f"Above a critical friction mu_lock = {span}{at}, pushing cannot make the tip slip "
             f"({counted(len(locks), 'point')})."
         )
-    if "scans" in found:
-        steps = query.frame(found["scans"], ["status", "phase", "cycle", "x0", *AXES_SHOWN])
-        first = steps[(steps["cycle"] == 1) & (steps["status"] == "slip")]
-        ends = first.groupby([*AXES_SHOWN], as_index=False)["x0"].max()
-        if len(ends) > 1:
-            least, most = (ends.loc[getattr(ends["x0"], end)()] for end in ("idxmin", "idxmax"))
-            lines.append(
-                f"In the scans x0,max is {_length(least['x0'])} ({_at(least)}) to "
-                f"{_length(most['x0'])} ({_at(most)})."
-            )
     return lines
 
 

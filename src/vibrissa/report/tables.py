@@ -1,12 +1,14 @@
 """Key rows of the study's tables, as the page shows them."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 
 from vibrissa.report.spelling import spell, spell_column, spell_unit, symbol
 from vibrissa.study.axes import LAW_AXES, MOUNTING_AXES, SURFACE_AXES
@@ -24,6 +26,8 @@ DECIMALS = 9
 
 POINT = ("theta", "mu0", "eta", "dx0")
 MOUNTING = (*MOUNTING_AXES, "curvature_powers")
+# A curvature: its constant, and the other coefficients of a polynomial.
+CURVATURE = ("curvature", "curvature_powers")
 SCAN_AXES = (*SURFACE_AXES, *LAW_AXES)
 REACTIONS = ("reaction_fx", "reaction_fy", "reaction_m")
 # Title and columns of each table that is shown.
@@ -107,15 +111,29 @@ def sections(found: Mapping[str, Readable]) -> list[Section]:
 
 
 def _trends(table: Readable, columns: Sequence[str], axes: Sequence[str]) -> pd.DataFrame:
-    """Return rows of each grid in the order of its longest axis, with few values of the others."""
+    """Return rows of each grid in the order of its longest axis, with few values of the others.
+
+    Of a grid that does not have all combinations of its values, return the first rows.
+    """
     found: dict[str, dict[str, set[Any]]] = {}
+    counts: Counter[str] = Counter()
+    bends: dict[str, set[Any]] = {}
     for part in query.batches(table, axes):
         for grid, rows in part.to_pandas().groupby("grid", sort=False):
+            counts[str(grid)] += len(rows)
+            curved = rows[[*CURVATURE]].fillna("").itertuples(index=False, name=None)
+            bends.setdefault(str(grid), set()).update(curved)
             values = found.setdefault(str(grid), {axis: set() for axis in axes[1:]})
             for axis in values:
                 values[axis] |= set(rows[axis].dropna())
     most = max(MOST_ROWS // len(found), LEAST_ROWS)
-    kept = [_trend(table, columns, grid, values, most) for grid, values in found.items()]
+    kept = []
+    for grid, values in found.items():
+        others = [len(each) for axis, each in values.items() if axis not in CURVATURE]
+        if counts[grid] == len(bends[grid]) * math.prod(others):
+            kept.append(_trend(table, columns, grid, values, most))
+        else:
+            kept.append(_first(table, columns, grid, most))
     return pd.concat(kept, ignore_index=True).head(MOST_ROWS)
 
 
@@ -140,6 +158,16 @@ def _trend(
             where &= query.one_of(axis, [each[place] for place in places])
     others = [axis for axis in known if axis != longest]
     return query.frame(table, columns, where).sort_values([*others, longest])
+
+
+def _first(table: Readable, columns: Sequence[str], grid: str, most: int) -> pd.DataFrame:
+    """Return at most `most` rows of a grid."""
+    kept: list[pa.Table] = []
+    for part in query.batches(table, columns, query.one_of("grid", [grid])):
+        kept.append(part.slice(0, most - sum(map(len, kept))))
+        if sum(map(len, kept)) >= most:
+            break
+    return pa.concat_tables(kept).to_pandas()
 
 
 def _scans(table: Readable, columns: Sequence[str]) -> pd.DataFrame:

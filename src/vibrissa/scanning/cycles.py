@@ -6,6 +6,8 @@ Studies, commands and notebooks all scan by the function `move`.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from decimal import Decimal
+from itertools import pairwise
+from math import ceil
 
 import numpy as np
 
@@ -21,6 +23,9 @@ from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
 from vibrissa.sticking.api import check_surface
 from vibrissa.sticking.curve import StickingCurve
+
+# Share of steps that a path has beyond those expected to suffice.
+SPARE = 1.25
 
 
 def stick_slip(
@@ -200,7 +205,7 @@ def until_slips(
 ) -> Scan:
     """Move the clamp forward in steps of Δx0 (L) until the tip has slipped a number of times.
 
-    The path is made twice as long until it suffices. It ends where the stage takes the rod to
+    The path is made longer until it suffices. It ends where the stage takes the rod to
     heights at which its states are not known.
 
     Parameters
@@ -211,7 +216,7 @@ def until_slips(
     enough, refused = 0, 0
     found, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
     while refused != enough + 1:
-        steps = (enough + refused) // 2 if refused else max(2 * enough, slips)
+        steps = (enough + refused) // 2 if refused else _more_steps(found, enough, slips)
         positions = step_position(np.arange(steps + 1), dx0)
         try:
             found = simulate(
@@ -226,3 +231,63 @@ def until_slips(
         if enough > MOST_STEPS:
             raise ArgumentError(f"dx0 is too small: a scan has {MOST_STEPS:,} steps at most")
     return replace(found, outcome=Outcome.OUT_OF_REACH, message=reason)
+
+
+def _more_steps(found: Scan, steps: int, slips: int) -> int:
+    """Estimate the steps that suffice for a number of slips, from a scan of fewer `steps`."""
+    least = max(2 * steps, slips)
+    # On an oblique stage a longer path takes the rod to more heights, which must be solved.
+    if found.stage is None or found.stage.angle or not found.slips:
+        return least
+    return max(least, ceil(SPARE * steps * slips / found.slips))
+
+
+def as_far(
+    scan: Callable[[Sequence[Decimal]], Scan],
+    step: Decimal | float | str,
+    to: Sequence[Decimal | float | str],
+) -> Scan:
+    """Scan a path, or as many of its first steps as take the rod to heights with known states.
+
+    Parameters
+    ----------
+    scan : callable
+        Scans through turning points (L).
+    step, to : optional
+        Step and turning points of the path (L).
+
+    Raises
+    ------
+    NoResponseError
+        If the rod has no states after one step already.
+    """
+    size, turns = exact(step), [exact(turn) for turn in to]
+    try:
+        return scan(turns)
+    except NoResponseError as error:
+        reason = error
+    known, unknown = 0, sum(int(abs(b - a) / size) for a, b in pairwise([exact(0), *turns]))
+    found: Scan | None = None
+    while unknown - known > 1:
+        steps = (known + unknown) // 2
+        try:
+            found, known = scan(_first_turns(turns, steps * size)), steps
+        except NoResponseError:
+            unknown = steps
+    if found is None:
+        raise reason
+    if found.outcome is not Outcome.COMPLETE:
+        return found
+    return replace(found, outcome=Outcome.OUT_OF_REACH, message=str(reason))
+
+
+def _first_turns(turns: Sequence[Decimal], way: Decimal) -> list[Decimal]:
+    """Return the turning points of the first part of a path, as long as `way` (L)."""
+    found, at = list[Decimal](), exact(0)
+    for turn in turns:
+        length = abs(turn - at)
+        if way <= length:
+            return [*found, at + (way if turn > at else -way)]
+        found.append(turn)
+        at, way = turn, way - length
+    return found

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, EndedScanError
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Status
@@ -110,8 +110,8 @@ class Outcome(StrEnum):
         the tip, and the tip lifted off the surface; or the clamp had pulled the tip, and the tip
         came to the last computed state in which the clamp pushes it.
     OUT_OF_REACH
-        The rod has no states, or the stage or the surface takes it to a height at which it has
-        none.
+        The rod has no states, the stage or the surface takes it to a height at which it has none,
+        or the tip leaves the known part of the surface.
     FAILED
         The states of the rod could not be computed.
     """
@@ -382,6 +382,8 @@ def simulate(
     ArgumentError
         If an argument is out of range, if the tip leaves the known part of the surface, or if the
         path or the law may need states with x0 < 0 (the clamp pulled back) that were not solved.
+    EndedScanError
+        If this happens after the scan has begun; the error has the scan up to there.
     """
     positions, law = np.asarray(positions, dtype=float), check_law(law, kinetic_ratio, damping)
     stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
@@ -400,6 +402,7 @@ def simulate(
             "surface, and a surface with heights: choose another path or law"
         )
     path, outcome, message = ClampPath.through(positions), Outcome.COMPLETE, ""
+    ended: ArgumentError | None = None
     slip = Slip(
         stage=stage,
         surface=surface,
@@ -446,13 +449,19 @@ def simulate(
             break
         else:
             at = float(positions[step])
-            rest = replace(slip, clamp=at, side=tip.side).end(tip.contact)
+            try:
+                rest = replace(slip, clamp=at, side=tip.side).end(tip.contact)
+                place = tip.contact if rest.lost is not None else rest.contact
+                footing = surface.footing(place, tip.side)
+            except ArgumentError as error:
+                outcome, message, ended = Outcome.OUT_OF_REACH, str(error), error
+                ends.append(Period(tip, step, until, EndsBy.UNKNOWN, at))
+                break
             flights += rest.flights
             if rest.lost is not None:
                 outcome, message = _lost(rest, surface, tip.contact, at)
                 ends.append(Period(tip, step, until, EndsBy.LOST, at))
                 break
-            footing = surface.footing(rest.contact, tip.side)
             ends.append(Period(tip, step, until, EndsBy.SLIP, at, footing, rest))
             tip = replace(tip, footing=footing, begin=step, rest=rest.x0, slipped=True)
         tips.append(tip)
@@ -461,7 +470,10 @@ def simulate(
             break
     messages = (swing, _flown(flights, spell), message)
     text = "; ".join(filter(None, messages))
-    return _assembled(tips, tuple(ends), positions[:step], outcome, text)
+    found = _assembled(tips, tuple(ends), positions[:step], outcome, text)
+    if ended is not None:
+        raise EndedScanError(str(ended), found)
+    return found
 
 
 def _lost(rest: Rest, surface: Surface, begin: float, clamp: float) -> tuple[Outcome, str]:

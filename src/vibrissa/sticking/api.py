@@ -360,11 +360,14 @@ def solve_curves(
     mountings: Sequence[Mounting],
     section: str,
     retract: bool = False,
+    onsets: bool = False,
 ) -> list[StickingCurve]:
     """Solve the sticking curves of several rods together by collocation; see `solve_curve`.
 
     With `retract`, every curve has states at x0 < 0, where the clamp is pulled back, as far as they
-    can be solved; otherwise only curves of round rods in an ideal mounting have them.
+    can be solved; otherwise only curves of round rods in an ideal mounting have them. With
+    `onsets`, curves have what onsets and locks need, as in
+    `vibrissa.sticking.solving.collocation.solve_curves`.
     """
     for taper, height, mounting in zip(theta, eta, mountings, strict=True):
         _check(taper, height, contact=contact, mounting=mounting, section=section)
@@ -375,6 +378,7 @@ def solve_curves(
         mountings,
         RodSection(section),
         retract,
+        onsets,
     )
 
 

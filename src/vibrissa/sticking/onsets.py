@@ -141,7 +141,7 @@ def _solved(
 ) -> dict[str, Any]:
     """Solve some rods, and read off the onsets; `counts` has the number of rows of each rod."""
     theta, eta = rods.T.tolist()
-    curves = solve_curves(theta, eta, contact, [mounting] * len(rods), section)
+    curves = solve_curves(theta, eta, contact, [mounting] * len(rods), section, onsets=True)
     ends = np.cumsum(counts)[:-1]
     steps = {step: exact(step) for step in set(columns["dx0"].tolist()) if step == step}
     one = exact(1)

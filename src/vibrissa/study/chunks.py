@@ -36,6 +36,11 @@ class Chunk:
     axes: Mapping[str, Values]
 
     @property
+    def params(self) -> dict[str, Any]:
+        """Inputs of the job, as plain values."""
+        return {"grid": self.grid, "axes": self.axes}
+
+    @property
     def name(self) -> str:
         """Name made of the grid and first values, such as ``taper/theta1_eta0.85``.
 
@@ -56,18 +61,23 @@ class Chunk:
     def minutes(self, by_step: bool) -> int:
         """Return the minutes to request from a cluster; `by_step`: one solution for each Δx0."""
         points = number_of_points(self.axes)
-        steps = points / len(self.axes["mu0"])
-        seconds = ROD_BY_STEP * steps if by_step else ROD * steps / len(self.axes["dx0"])
-        return 1 + int((START + seconds + POINT * points) / 60)
+        steps = points // len(self.axes["mu0"])
+        return minutes_for(steps if by_step else steps // len(self.axes["dx0"]), points, by_step)
 
 
-def sizes_of(axes: Mapping[str, Values]) -> dict[str, int]:
+def minutes_for(rods: int, points: int, by_step: bool) -> int:
+    """Return the minutes to request for a job; `by_step`: each rod has one Δx0."""
+    seconds = (ROD_BY_STEP if by_step else ROD) * rods
+    return 1 + int((START + seconds + POINT * points) / 60)
+
+
+def sizes_of(axes: Mapping[str, Values], most_rods: int = MOST_RODS) -> dict[str, int]:
     """Return the default number of values of each axis in a chunk.
 
-    An axis has room for what the axes before it leave of `MOST_RODS`. So a value appended to an
+    An axis has room for what the axes before it leave of `most_rods`. So a value appended to an
     axis of full chunks does not change how the others are cut.
     """
-    sizes, room = {}, MOST_RODS
+    sizes, room = {}, most_rods
     for axis, most in SIZES.items():
         sizes[axis] = min(most, room)
         room = max(1, room // min(sizes[axis], len(axes[axis])))
@@ -96,20 +106,28 @@ def number_of_points(axes: Mapping[str, Values]) -> int:
 
 
 def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
-    """Return the columns of the axes for some rows of a chunk.
+    """Return the columns of the axes for some rows of a chunk; see `columns_of`.
 
     `rows` are the numbers of these rows. The rows of a chunk are ordered by the axes `ROW_ORDER`.
-    The constant of a polynomial curvature is in the column ``curvature``, the other coefficients
-    are in ``curvature_powers``.
     """
     shape = [len(axes[axis]) for axis in ROW_ORDER]
     places = dict(zip(ROW_ORDER, np.unravel_index(rows, shape), strict=True))
+    columns = columns_of({axis: axes[axis] for axis in ROW_ORDER})
+    places["curvature_powers"] = places["curvature"]
+    return {name: column[places[name]] for name, column in columns.items()}
+
+
+def columns_of(points: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
+    """Return values of axes as columns of a table.
+
+    The constant of a polynomial curvature is in the column ``curvature``, the other coefficients
+    are in ``curvature_powers``.
+    """
     columns = {
-        axis: np.array([sortable(value)[0] for value in axes[axis]])[place]
-        for axis, place in places.items()
+        axis: np.array([sortable(value)[0] for value in values]) for axis, values in points.items()
     }
-    powers = np.array([spell_powers(value) for value in axes["curvature"]], dtype=object)
-    return {**columns, "curvature_powers": powers[places["curvature"]]}
+    powers = np.array([spell_powers(value) for value in points["curvature"]], dtype=object)
+    return {**columns, "curvature_powers": powers}
 
 
 def spell_powers(curvature: float | Sequence[float]) -> str | None:

@@ -51,6 +51,10 @@ class Claims(Section):
                 continue
             if key == "scan" and data[name].cycles < 2:
                 mistakes.add(f"{name!r} needs cycles: 2 or more; change it, {REMEDY}", key)
+            if source == "grid" and not data[name].is_product:
+                text = f"{name!r} does not have all combinations of its values"
+                mistakes.add(f"{text}; name another grid, {REMEDY}", key)
+                continue
             for axis, values in needed.items():
                 found, alone = data[name].axes[axis], len(values) == 1
                 # Other values may lie between those of the paper.

@@ -370,6 +370,11 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
             if name not in sections:
                 mistakes.add(unknown_name(name, self.source, sections), self.source)
                 return mistakes
+            if self.source == "grid" and self.kind != "script":
+                if not sections[name].is_product:
+                    text = f"{name!r} does not have all combinations of its values, as a figure of "
+                    mistakes.add(f"{text}kind {self.kind} needs; allowed: kind script", "grid")
+                    continue
             self._check_data(mistakes, name, self._axes_of(sections[name]))
         if self.kind == "state" and len({sections[name].eta for name in self.names}) > 1:
             mistakes.add("a figure of kind state shows states of one eta", "state")

@@ -1,12 +1,20 @@
 """The study file: its sections with their keys, and checks that the sections fit together."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 import yaml
-from pydantic import Field, FiniteFloat, PrivateAttr, field_validator, model_validator
+from pydantic import (
+    Discriminator,
+    Field,
+    FiniteFloat,
+    PrivateAttr,
+    Tag,
+    field_validator,
+    model_validator,
+)
 
 from vibrissa.outcomes import Contact, RodSection, SlipLaw, Solver
 from vibrissa.study.axes import AXES, FREQUENCIES, MOUNTING_AXES, Eta, Theta, Values
@@ -21,6 +29,7 @@ from vibrissa.study.chunks import (
 )
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import FIGURE_KINDS, Figure, Sections
+from vibrissa.study.points import PointsChunk, PointsSection
 from vibrissa.study.scans import ScanChunk, ScanSection, scan_chunks, variants_of
 from vibrissa.study.sections import Count, Mistakes, Name, Section
 from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant
@@ -45,11 +54,17 @@ class _Points(Section):
     theta: Annotated[Values, AXES["theta"]]
     mu0: Annotated[Values, AXES["mu0"]]
     eta: Annotated[Values, AXES["eta"]]
+    is_product: ClassVar[bool] = True
 
     @property
     def axes(self) -> dict[str, Values]:
         """Values of each axis in increasing order."""
         return {name: getattr(self, name) for name in AXES if name in type(self).model_fields}
+
+    @property
+    def number(self) -> int:
+        """Number of points."""
+        return number_of_points(self.axes)
 
 
 class ComparisonSection(_Points):
@@ -64,6 +79,23 @@ class GridSection(_Points):
     clamp_compliance: Annotated[Values, AXES["clamp_compliance"]] = (0.0,)
     curvature: Annotated[Values, AXES["curvature"]] = (0.0,)
     stage_angle: Annotated[Values, AXES["stage_angle"]] = (0.0,)
+
+    def chunks(self, grid: str, by_step: bool, fixed: Mapping[str, int]) -> Iterator[Chunk]:
+        """Cut the grid into chunks; `fixed` has the largest numbers of values and of rods."""
+        sizes = sizes_of(self.axes, fixed.get("rods", MOST_RODS))
+        return chunks_of(grid, self.axes, sizes | (SIZES_BY_STEP if by_step else {}) | dict(fixed))
+
+
+def _kind_of_grid(written: Any) -> str:
+    """Return the kind of an entry of the section `grids`, by whether it names a file."""
+    is_file = isinstance(written, Mapping) and "points" in written
+    return "[PointsSection]" if is_file else "[GridSection]"
+
+
+_Grid: TypeAlias = Annotated[
+    Annotated[GridSection, Tag("[GridSection]")] | Annotated[PointsSection, Tag("[PointsSection]")],
+    Discriminator(_kind_of_grid),
+]
 
 
 class StateSection(Section):
@@ -152,12 +184,12 @@ class Study(Section):
         default=False,
         description="whether a point with the status failed ends the run with an error",
     )
-    chunk: dict[Literal[tuple(SIZES)], Count] = Field(  # type: ignore[valid-type]
+    chunk: dict[Literal[(*SIZES, "rods")], Count] = Field(  # type: ignore[valid-type]
         default={},
-        description="largest number of values of an axis that one job solves, as in {theta: 16} "
-        "(default: "
+        description="largest number of values of an axis, and of rods, that one job solves, as in "
+        "{theta: 16} (default: "
         + ", ".join(f"{axis} {size}" for axis, size in SIZES.items())
-        + f", and {MOST_RODS} rods in all; all of mu0 and dx0)",
+        + f", and rods {MOST_RODS}; all of mu0 and dx0)",
     )
     max_points: Count = Field(
         default=MAX_POINTS,
@@ -165,8 +197,10 @@ class Study(Section):
         "cycle of a scan counts as a point, or each step if its path is given; it catches a typing "
         "error before any work",
     )
-    grids: dict[Name, GridSection] = Field(
-        min_length=1, description="named grids of study points; each is the product of its axes"
+    grids: dict[Name, _Grid] = Field(
+        default={},
+        description="named grids of study points; each is the product of its axes, or has the "
+        "points of a file",
     )
     surfaces: dict[Name, SurfaceSection] = Field(
         default={}, description="named surfaces, over which scans go"
@@ -197,7 +231,9 @@ class Study(Section):
         """Keep the raw content of the study file."""
         self._context = context
 
-    @field_validator("surfaces", "scans", "states", "comparisons", "figures", mode="before")
+    @field_validator(
+        "grids", "surfaces", "scans", "states", "comparisons", "figures", mode="before"
+    )
     @classmethod
     def _may_be_empty(cls, value: Any) -> Any:
         return {} if value is None else value
@@ -207,9 +243,12 @@ class Study(Section):
         """Reject sections that are valid alone but do not fit together."""
         mistakes = Mistakes()
         self._check_surfaces(mistakes)
+        if not (self.grids or self.scans or self.states or self.comparisons):
+            allowed = "an entry of grids, scans, states or comparisons"
+            mistakes.add(f"the study has nothing to solve; add {allowed}")
         mistakes.refuse()
         solved = (*self.grids.values(), *self.comparisons.values())
-        points = sum(number_of_points(one.axes) for one in solved)
+        points = sum(one.number for one in solved)
         points += sum(scan.points(self._surface_count(scan)) for scan in self.scans.values())
         if points > self.max_points:
             has = f"the study has {points:,} points, counting each cycle or step of a scan"
@@ -335,16 +374,16 @@ class Study(Section):
         """Files beside the study file that it names, relative to it."""
         profiles = [surface.profile for surface in self.surfaces.values()]
         scripts = [figure.script for figure in self.figures.values()]
-        return sorted({name for name in (*profiles, *scripts) if name})
+        points = [grid.points for grid in self.grids.values() if isinstance(grid, PointsSection)]
+        return sorted({name for name in (*profiles, *scripts, *points) if name})
 
     @cached_property
-    def chunks(self) -> dict[str, Chunk]:
+    def chunks(self) -> dict[str, Chunk | PointsChunk]:
         """Chunks of all grids by name; one job solves one chunk."""
-        fixed = (SIZES_BY_STEP if self.method.by_step else {}) | self.chunk
         return {
             chunk.name: chunk
             for name, grid in self.grids.items()
-            for chunk in chunks_of(name, grid.axes, sizes_of(grid.axes) | fixed)
+            for chunk in grid.chunks(name, self.method.by_step, self.chunk)
         }
 
     @property
@@ -388,6 +427,13 @@ class Study(Section):
                 if "content" in variant
             }
             chosen |= {"profiles": contents} if contents else {}
+        if "grids" in _KEYS[table]:
+            points = {
+                name: grid.table.digest()
+                for name, grid in self.grids.items()
+                if isinstance(grid, PointsSection)
+            }
+            chosen |= {"points": points} if points else {}
         if table == "scans" and self.with_shapes:
             chosen["with_shapes"] = sorted(self.with_shapes)
         return yaml.safe_dump(chosen, sort_keys=False)

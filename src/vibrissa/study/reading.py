@@ -14,7 +14,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from vibrissa.errors import StudyError
 from vibrissa.study.model import Study
 from vibrissa.study.schema import allowed_at
-from vibrissa.study.sections import NAME_ALLOWED, Mistake
+from vibrissa.study.sections import NAME_ALLOWED, Mistake, in_words
 from vibrissa.study.yaml12 import loaded, shown, text_of
 
 # Prefix of top-level keys that only hold YAML anchors.
@@ -88,14 +88,16 @@ def spell_location(location: Location) -> str:
 
 def _in_words(error: ErrorDetails) -> Iterator[Mistake]:
     """Convert an error of pydantic to mistakes in plain words, with their places."""
-    location: Location = tuple(step for step in error["loc"] if step != "[key]")
+    steps: Location = error["loc"]
+    # Pydantic marks keys and the kinds of grids by steps of its own.
+    location = tuple(step for step in steps if not str(step).startswith("["))
     *above, last = location or ("",)
     match error["type"]:
         case "mistakes":
             for path, text in error["ctx"]["mistakes"]:
                 yield (*location, *path), text
         case "extra_forbidden":
-            yield location, f"{last!r} is not a valid key; allowed: {allowed_at(tuple(above))}"
+            yield location, f"{last!r} is not a valid key; allowed: {allowed_at(steps[:-1])}"
         case "missing":
             yield tuple(above), f"missing {last!r}"
         case "string_pattern_mismatch" | "invalid_key":
@@ -103,9 +105,5 @@ def _in_words(error: ErrorDetails) -> Iterator[Mistake]:
             yield location, f"{shown(name)} is not allowed; allowed: {NAME_ALLOWED}"
         case "string_type" if isinstance(error["input"], int | float | date):
             yield location, f"{error['input']} is a number or a date; put a text in quotes"
-        case "value_error":
-            yield location, str(error["ctx"]["error"])
         case _:
-            # Pydantic's words as the end of a sentence.
-            words = f"{error['msg'][:1].lower()}{error['msg'][1:]}"
-            yield location, f"{shown(error['input'])} is not allowed: {words}"
+            yield location, in_words(error)

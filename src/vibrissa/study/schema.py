@@ -19,6 +19,10 @@ def allowed_at(location: tuple[str | int, ...]) -> str:
     """Return the keys allowed in the section at a location; the whole file is at ``()``."""
     root = schema = study_schema()
     for step in location:
+        if (kind := str(step)[1:-1]) in root["$defs"]:
+            # One of several kinds of a section, as in "[GridSection]".
+            schema = root["$defs"][kind]
+            continue
         named = [*schema.get("patternProperties", {}).values(), schema.get("additionalProperties")]
         schema = schema.get("properties", {}).get(step) or named[0] or {}
         # An optional section is a choice between the section and null.

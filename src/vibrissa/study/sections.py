@@ -3,7 +3,9 @@
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
-from pydantic_core import PydanticCustomError
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from vibrissa.study.yaml12 import shown
 
 # Place of a mistake in a section, and its message.
 Mistake: TypeAlias = tuple[tuple[str | int, ...], str]
@@ -37,3 +39,12 @@ class Mistakes(list[Mistake]):
         """Raise an error if there are mistakes."""
         if self:
             raise PydanticCustomError("mistakes", "mistakes", {"mistakes": list(self)})
+
+
+def in_words(error: ErrorDetails) -> str:
+    """Describe a wrong value in plain words."""
+    if error["type"] == "value_error":
+        return str(error["ctx"]["error"])
+    # Pydantic's words as the end of a sentence.
+    words = f"{error['msg'][:1].lower()}{error['msg'][1:]}"
+    return f"{shown(error['input'])} is not allowed: {words}"

@@ -1,20 +1,24 @@
 """Grid points as rows of a table, read off the equilibrium paths of their rods."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
 from vibrissa.decimals import exact
+from vibrissa.errors import StudyError
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, RodSection, Solver, Status, TipMotion
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.stiction import read_curves
 from vibrissa.sticking.vibration import state_frequencies
-from vibrissa.study.axes import Values
-from vibrissa.study.chunks import columns_at, number_of_points
+from vibrissa.study.axes import Value, Values
+from vibrissa.study.chunks import columns_at, columns_of, number_of_points
+from vibrissa.study.points import read_points
 from vibrissa.tables.records import array, frequency_values, state_values, table_of
 from vibrissa.tables.rods import rods_of, solve
 from vibrissa.tables.schemas import NUMBER, STICTION, TEXT
@@ -43,6 +47,47 @@ def solved_points(
         yield points_table(grid, axes, rows, curves, study, frequencies)
 
 
+def solved_rows(
+    grid: str,
+    file: str,
+    common: Mapping[str, Value],
+    first: int,
+    rods: int,
+    content: str,
+    study: str,
+    *,
+    method: Solver,
+    contact: Contact,
+    section: RodSection,
+    frequencies: int = 0,
+) -> Iterator[pa.Table]:
+    """Solve some rods of a file of points, and read their points off their paths.
+
+    The first arguments are those of `vibrissa.study.points.PointsChunk`.
+
+    Yields tables of the schema `STICTION`, with rows in the order of the rods.
+
+    Raises
+    ------
+    StudyError
+        If the points of these rods are no longer the same.
+    """
+    table = read_points(Path(file), common)
+    chosen = table.rods(method.by_step)[first : first + rods]
+    if table.digest([row for rows in chosen for row in rows]) != content:
+        raise StudyError(f"{file} has changed since the run began; run the same command again")
+    for begin in range(0, len(chosen), CURVES_AT_ONCE):
+        some = chosen[begin : begin + CURVES_AT_ONCE]
+        keys = columns_of(table.at([row for rows in some for row in rows]))
+        curves = solve(
+            [table.rod(rows, method.by_step) for rows in some],
+            method=method,
+            contact=contact,
+            section=section,
+        )
+        yield _rows_table(grid, keys, list(map(len, some)), curves, study, frequencies)
+
+
 def points_table(
     grid: str,
     axes: Mapping[str, Values],
@@ -55,12 +100,32 @@ def points_table(
 
     `frequencies` is the number of natural frequencies to compute at each onset of slip.
     """
-    keys = columns_at(axes, rows)
-    index = np.repeat(np.arange(len(curves)), len(rows) // len(curves))
-    mu0 = keys["mu0"].reshape(len(curves), -1)
+    each = [len(rows) // len(curves)] * len(curves)
+    return _rows_table(grid, columns_at(axes, rows), each, curves, study, frequencies)
+
+
+def _rows_table(
+    grid: str,
+    keys: Mapping[str, Any],
+    each: Sequence[int],
+    curves: Sequence[StickingCurve],
+    study: str,
+    frequencies: int,
+) -> pa.Table:
+    """Read points off equilibrium paths.
+
+    Parameters
+    ----------
+    keys : mapping
+        Columns of the axes, as `vibrissa.study.chunks.columns_of` returns them.
+    each : sequence of int
+        Number of points on each path; the points of a path follow each other.
+    """
+    rows, ends = range(sum(each)), np.cumsum(each)[:-1]
+    index = np.repeat(np.arange(len(curves)), each)
     steps = {step: exact(step) for step in keys["dx0"].tolist()}
-    dx0 = [[steps[step] for step in one] for one in keys["dx0"].reshape(mu0.shape).tolist()]
-    periods = read_curves(curves, list(mu0), dx0)
+    dx0 = [[steps[step] for step in part.tolist()] for part in np.split(keys["dx0"], ends)]
+    periods = read_curves(curves, np.split(keys["mu0"], ends), dx0)
 
     def of_curves(name: str, kind: pa.DataType = NUMBER) -> pa.Array:
         """Repeat an attribute of each path for all its points; NaN becomes null."""
@@ -85,7 +150,7 @@ def points_table(
         **state_values(periods.init, "_init"),
         **state_values(periods.last, "_last"),
         **state_values(periods.slip, "_slip"),
-        **frequency_values(_at_onsets(curves, periods.slip, frequencies)),
+        **frequency_values(_at_onsets(curves, each, periods.slip, frequencies)),
         "ends_by": [end or None for end in periods.end],
         "x0_end": periods.ended.x0,
         **state_values(periods.ended, "_end"),
@@ -98,16 +163,18 @@ def points_table(
     return table_of(STICTION, columns)
 
 
-def _at_onsets(curves: Sequence[StickingCurve], slip: StickingState, count: int) -> FloatArray:
+def _at_onsets(
+    curves: Sequence[StickingCurve], each: Sequence[int], slip: StickingState, count: int
+) -> FloatArray:
     """Compute natural frequencies at the onsets of slip, shape (n, count).
 
-    The n onsets belong to the curves in their order, the same number to each.
+    The n onsets belong to the curves in their order; `each` has the number of each curve.
     """
     found = np.full((len(slip), count), np.nan)
     if count:
-        each = len(slip) // len(curves)
-        for number, curve in enumerate(curves):
-            rows = slice(number * each, (number + 1) * each)
+        stops = np.cumsum(each)
+        for curve, number, stop in zip(curves, each, stops, strict=True):
+            rows = slice(stop - number, stop)
             # Points that differ only in Δx0 have the same onset.
             onsets, which = np.unique(slip.x0[rows], return_index=True, return_inverse=True)[1:]
             some = slip.take(rows).take(onsets)

@@ -1,18 +1,19 @@
 """Scans as tables: a row for each step of the clamp, and a row for each period of sticking."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.errors import ArgumentError, EndedScanError, NoResponseError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection, Solver, TipMotion
 from vibrissa.scanning import surfaces as scanned
-from vibrissa.scanning.cycles import move, stages
+from vibrissa.scanning.cycles import as_far, move, stages
 from vibrissa.scanning.response import LOADS
 from vibrissa.scanning.simulation import Outcome, Scan, TipPhase, TipSide
 from vibrissa.scanning.surfaces import Surface
@@ -86,12 +87,26 @@ def _moved(
     """Compute a scan; without rows where it has no result, with the reason in its message."""
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
+    scan = partial(move, stages(curve), surface, rod["dx0"], **law)
     try:
-        return move(stages(curve), surface, rod["dx0"], to=to, cycles=cycles, **law)
+        return _kept(scan, rod["dx0"], to, cycles)
     except NoResponseError as error:
         return Scan.without_rows(Outcome.OUT_OF_REACH, str(error))
     except ArgumentError as error:
         return Scan.without_rows(Outcome.FAILED, str(error))
+
+
+def _kept(
+    scan: Callable[..., Scan], step: float, to: Sequence[float] | None, cycles: int | None
+) -> Scan:
+    """Compute a scan, or its steps up to where the tip leaves the surface or the rod's heights."""
+    try:
+        if to is None:
+            return scan(cycles=cycles)
+        return as_far(lambda turns: scan(to=turns), step, to)
+    except EndedScanError as error:
+        found: Scan = error.scan
+        return found
 
 
 def surface_of(variant: Variant) -> Surface:

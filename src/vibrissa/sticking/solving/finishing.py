@@ -19,7 +19,14 @@ from vibrissa.numerics.spectral import (
 )
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.assembly import ShapeLimits
-from vibrissa.sticking.piece import NO_PIECES, STATES, Pieces, StickingState, rounded_contact
+from vibrissa.sticking.piece import (
+    MARGINS,
+    NO_PIECES,
+    STATES,
+    Pieces,
+    StickingState,
+    rounded_contact,
+)
 from vibrissa.sticking.shapes import ShapesAlongPiece
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.refinement import PathStates, Resolved
@@ -78,15 +85,17 @@ def finished(
     *,
     round_rods: bool,
     ideal: bool,
+    margins: bool,
 ) -> Finished:
     """Make pieces of resolved parts: add margins of stability and limits of admissible shapes.
 
     With the `model` POINT, an arch that rises through the surface is located, too. `side` is
     explained in `follow`. `ideal` tells whether all mountings are ideal; lateral buckling of round
-    rods is located here in other mountings only.
+    rods is located here in other mountings only. Without `margins`, which these need, the margins
+    are NaN.
     """
     parts = found.path.parts
-    pieces = _pieces(found, branches, side, round_rods)
+    pieces = _pieces(found, branches, side, round_rods, margins)
     out_of_reach, arches = np.full((2, len(parts)), np.nan)
     reason = np.full(len(parts), "", dtype=object)
     position = chebyshev_nodes(STATES_LOOKED_AT)
@@ -120,7 +129,9 @@ def finished(
     return Finished(knot=parts.first, pieces=pieces, limits=limits, residual=found.residual)
 
 
-def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: bool) -> Pieces:
+def _pieces(
+    found: Resolved, branches: Branches, side: FloatArray, round_rods: bool, margins: bool
+) -> Pieces:
     """Pieces with the states of parts, in the direction in which the parts were followed."""
     parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES)
     to_states = interpolation(count, places)
@@ -130,6 +141,9 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
     way, x1_init, cos = (
         values[parts.branch, None] for values in (side, branches.x1_init, branches.cos)
     )
+    stable = dict.fromkeys(MARGINS, np.full(at.shape, np.nan))
+    if margins:
+        stable = _margins(found.path, places, round_rods)
     states = StickingState(
         x0=np.where(parts.by_x0[:, None], way * at, (x1_init - offset) / cos),
         reaction_fx=fx,
@@ -137,7 +151,7 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
         reaction_m=moment,
         phi1=phi1,
         s_c=rounded_contact(s_c),
-        **_margins(found.path, places, round_rods),
+        **stable,
     )
     stop = parts.start + parts.length
     return Pieces(
