@@ -8,7 +8,7 @@ import pyarrow as pa
 from vibrissa.study.axes import AXES, LAW_AXES, SURFACE_AXES
 
 # To be raised when a column changes its meaning, name or type: older files are then refused.
-SCHEMA_VERSION = "8"
+SCHEMA_VERSION = "9"
 
 NONE = "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
@@ -152,6 +152,7 @@ SCANS = _schema(
     "scans",
     f"study method scan {_POINT} {_SCAN}",
     "status message cycle step phase side footpoint x0 x1 mu0_tip",
+    "height inclination apparent_friction",
     _state(),
     _frequencies(),
     f"residual {_SHAPE}",
@@ -161,7 +162,7 @@ PERIODS = _schema(
     f"study method scan {_POINT} {_SCAN}",
     "status message period ends_by side steps",
     "footpoint_begin footpoint_last footpoint_onset footpoint_slip travel",
-    "x1 x1_rest slip_length mu0_tip mobilised x0_onset x0_rest",
+    "x1 x1_rest slip_length mu0_tip height inclination apparent_friction x0_onset x0_rest",
     _loads("_onset", ", at the exact end of sticking"),
     _loads("_rest", ", after the slip"),
     "released dissipated",
