@@ -12,6 +12,7 @@ from vibrissa import Mounting
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact
 from vibrissa.scanning import surfaces, textures
+from vibrissa.scanning.locking import locking_of
 from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
 from vibrissa.scanning.slip import SlipLaw
 from vibrissa.scanning.stage import path, stage_of
@@ -193,6 +194,32 @@ def test_no_feature_is_too_narrow_to_be_seen():
         assert found.contact[-1] == 0.45
 
 
+@pytest.mark.slow
+def test_scans_of_similar_textures_share_the_solved_rods():
+    positions = path("0.0005", ["0.01"])
+    stages = [stage_of(WHISKER, positions, texture=textures.wave(a, 0.02)) for a in (1e-4, 1.9e-4)]
+    first, second = (stage.rod.parts for stage in stages)
+    assert all(one is other for one, other in zip(first, second, strict=True))
+    high = stage_of(WHISKER, positions, texture=textures.wave(1e-3, 0.02))
+    assert high.reach(0.0, 1e-3) > 0.0 and high.reach(0.0, -1e-3) > 0.0
+
+
+def test_slips_that_repeat_are_counted():
+    """Three slips for two waves, with the rounding of steps; and slips that do not repeat."""
+    ways = np.array([0.5, 0.7, 0.8] * 4)
+    jitter = 0.01 * np.sin(np.arange(13.0))
+    places = 0.3 + np.append(0.0, np.cumsum(ways)) + jitter
+    assert locking_of(0.02 * places, 0.02) == (3, 2)
+    assert locking_of(0.02 * places, 0.02 * np.sqrt(2.0)) is None
+    assert locking_of(0.02 * places[:3], 0.02) is None
+
+
+def test_a_ball_is_traced_once_for_paths_that_end_in_the_same_part():
+    surface = surfaces.constant(0.3).with_texture(textures.wave(2e-4, 0.02))
+    one, other = (surface.traced(1e-3, np.array([0.0, end])).texture for end in (0.1, 0.2))
+    assert one is other and one.start == -1.0 and one.stop == 1.5
+
+
 # --- Textures ---
 
 
@@ -221,7 +248,7 @@ def test_a_ball_bridges_narrow_grooves_and_reaches_into_wide_ones():
     assert wide.low == pytest.approx(-5e-4, abs=1e-9)
 
 
-def test_a_traced_wave_is_the_parallel_curve_and_its_closing_the_wave():
+def test_a_traced_wave_is_the_parallel_curve():
     """Where the valleys are wider than the ball it touches once, and tracing loses nothing."""
     a, k, r = 2e-4, 2.0 * np.pi / 0.02, 0.02
     assert 1.0 / (a * k**2) > r  # radius of curvature in the valley
