@@ -153,6 +153,16 @@ def test_a_tip_that_lifts_off_at_an_edge_lands_with_a_word():
         assert found.lift.min() == pytest.approx(-1e-3)
 
 
+def test_a_tip_that_lifts_off_and_never_lands_ends_the_scan_with_its_place():
+    """Past an edge the surface falls deeper than the rod reaches."""
+    cliff = textures.measured([0.0, 0.44, 0.4401, 2.0], [0.0, 0.0, -0.3, -0.3])
+    for law in SlipLaw:
+        found = scanned(cliff, path("0.0005", ["0.08"]), 0.3, law)
+        assert found.outcome is Outcome.LOST and 10 < len(found) < 80
+        assert "the tip lifts off the surface at x = 0.44 L, and nowhere ahead" in found.message
+        assert found.ends[-1].ends_by == "lost"
+
+
 @pytest.mark.slow
 def test_a_slope_that_leads_too_deep_ends_the_scan_with_its_place():
     falling = textures.measured([0, 0.44, 1.44, 3.0], [0, 0, -0.3, -0.3])
