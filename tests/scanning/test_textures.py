@@ -12,7 +12,7 @@ from vibrissa import Mounting
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact
 from vibrissa.scanning import surfaces, textures
-from vibrissa.scanning.locking import locking_of
+from vibrissa.scanning.locking import locking_of, travel_on_slope
 from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
 from vibrissa.scanning.slip import SlipLaw
 from vibrissa.scanning.stage import path, stage_of
@@ -154,11 +154,11 @@ def test_a_tip_that_lifts_off_at_an_edge_lands_with_a_word():
 
 
 def test_a_tip_that_lifts_off_and_never_lands_ends_the_scan_with_its_place():
-    """Past an edge the surface falls deeper than the rod reaches."""
-    cliff = textures.measured([0.0, 0.44, 0.4401, 2.0], [0.0, 0.0, -0.3, -0.3])
+    """Past an edge the surface falls away, and is not known as far as it would push the tip."""
+    cliff = textures.measured([0.0, 0.44, 0.4400005], [0.0, 0.0, -0.0015])
     for law in SlipLaw:
         found = scanned(cliff, path("0.0005", ["0.08"]), 0.3, law)
-        assert found.outcome is Outcome.LOST and 10 < len(found) < 80
+        assert found.outcome is Outcome.LOST and 50 < len(found) < 90
         assert "the tip lifts off the surface at x = 0.44 L, and nowhere ahead" in found.message
         assert found.ends[-1].ends_by == "lost"
 
@@ -222,6 +222,23 @@ def test_slips_that_repeat_are_counted():
     assert locking_of(0.02 * places, 0.02) == (3, 2)
     assert locking_of(0.02 * places, 0.02 * np.sqrt(2.0)) is None
     assert locking_of(0.02 * places[:3], 0.02) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "wavelength", "mu_rest"), [("free", 0.025, 0.0), ("kinetic", 0.009, 0.24)]
+)
+def test_the_travel_between_locked_slips_follows_from_the_slope_of_rest(law, wavelength, mu_rest):
+    """One slip for each wave, and a travel of one wavelength, on a slope that the tip chooses."""
+    positions = path("0.00002", ["0.3"])
+    found = scanned(textures.wave(1e-4, wavelength), positions, law=law)
+    assert locking_of(found.periods.contact_rest[-7:-1], wavelength) == (1, 1)
+    slope, lift = -np.tan(found.inclination[-1]), found.lift[-1]
+    states = respond(THETA, ETA - lift)
+    travel = travel_on_slope(states, 0.3, slope, mu_rest)
+    assert travel == pytest.approx(wavelength, abs=4e-5)  # two steps
+    with pytest.raises(ArgumentError, match="before it locks"):
+        travel_on_slope(states, 0.3, 0.5)
 
 
 def test_a_ball_is_traced_once_for_paths_that_end_in_the_same_part():

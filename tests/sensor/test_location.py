@@ -85,6 +85,21 @@ def test_noise_of_the_profile_is_what_it_is_said_to_be():
 
 
 @pytest.mark.slow
+def test_friction_on_an_uneven_surface_is_called_apparent():
+    setup = Setup.read(
+        theta=2, eta="85 mm", **STEEL, **EXACT, tolerances={"surface_slope": "0.2 deg"}
+    )
+    table, truth = recorded(setup.whisker, noise=1.0)
+    periods = identify(setup, table).periods
+    assert all("mu0 is the apparent friction, with the slopes" in one for one in periods.doubt)
+    slipped = truth.periods.ends_by == "slip"
+    assert np.abs(truth.periods.apparent_friction[slipped] - 0.3).max() > 0.02
+    assert periods.mu0[slipped][1:] == pytest.approx(
+        truth.periods.apparent_friction[slipped][1:], abs=0.02
+    )
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "size", "true"),
     [
