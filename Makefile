@@ -188,7 +188,8 @@ COMPILE = $(PY) -m uv pip compile pyproject.toml --extra workflow --group build 
 lock: $(LINT_STAMP)
 	@$(COMPILE) --output-file locks/study.lock
 	@$(COMPILE) --group test --extra files --constraints locks/study.lock --output-file locks/test.lock
-	@$(COMPILE) --extra files --constraints locks/test.lock --output-file locks/files.lock
+	@$(COMPILE) --extra files --extra profilometer --constraints locks/test.lock \
+	    --output-file locks/files.lock
 	@$(COMPILE) --extra cluster --constraints locks/study.lock --output-file locks/cluster.lock
 	@$(COMPILE) --group docs --constraints locks/test.lock --output-file locks/docs.lock
 	@$(COMPILE) --group lint --constraints locks/test.lock --output-file locks/lint.lock

@@ -15,7 +15,7 @@ from vibrissa.design.materials import MATERIALS
 from vibrissa.quantities.units import Units
 from vibrissa.sensor.tolerances import TOLERABLE, Tolerable, told
 from vibrissa.sensor.transducer import PRESETS
-from vibrissa.study.axes import AXES, spell_values
+from vibrissa.study.axes import AXES, TEXTURE_AXES, spell_values
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import FIGURE_KINDS, TABLES
 from vibrissa.study.schema import study_schema
@@ -26,6 +26,8 @@ from vibrissa.wording import markdown_table
 DOCS = Path(__file__).parent
 SCHEMA = DOCS.parent / "workflow/schemas/study.schema.json"
 PACKAGE = "vibrissa"
+# Axes of the heights of a surface, which have a table of their own.
+HEIGHT_AXES = tuple(TEXTURE_AXES)
 STATE_SUFFIXES = ("", "_init", "_last", "_slip", "_end", "_trail")
 
 
@@ -79,7 +81,11 @@ def figure_kinds() -> str:
             f"`{name}`",
             kind.shows,
             f"`{kind.source}` (table `{TABLES[kind.source]}`)" if kind.source else "any of them",
-            ", ".join(f"`{key}`" for key in (kind.required, *kind.single) if key),
+            ", ".join(
+                f"`{key}`"
+                for key in (kind.required, *kind.single)
+                if key and key not in HEIGHT_AXES
+            ),
         )
         for name, kind in FIGURE_KINDS.items()
     ]
@@ -90,7 +96,18 @@ def figure_kinds() -> str:
 def figure_keys() -> str:
     """Table of the keys of a figure, except the axes."""
     properties = study_schema()["$defs"]["Figure"]["properties"]
-    return section_keys("Figure", {axis: properties[axis] for axis in AXES})
+    return section_keys("Figure", {axis: properties[axis] for axis in (*AXES, *HEIGHT_AXES)})
+
+
+def texture_keys() -> str:
+    """Table of the keys of the heights of a surface, which are axes of its scans."""
+    sections = ("wave", "grooves", "rough")
+    rows = [
+        (f"`{name}`", f"`{name.replace('_', ': {', 1)}: …}}`", axis.meaning)
+        for name, axis in TEXTURE_AXES.items()
+        if name.startswith(sections)
+    ]
+    return markdown_table(("axis", "in the study file", "description"), rows)
 
 
 def claims() -> str:
@@ -215,6 +232,7 @@ def parts() -> dict[str, tuple[str, str]]:
         "surfaces": ("study_file", section_keys("SurfaceSection")),
         "scans": ("study_file", section_keys("ScanSection", shared)),
         "states": ("study_file", section_keys("StateSection")),
+        "heights": ("study_file", texture_keys()),
         "figures": ("study_file", figure_kinds()),
         "figure keys": ("study_file", figure_keys()),
         "claims": ("study_file", claims()),

@@ -44,7 +44,7 @@ def test_the_set_up_that_a_page_shows_is_that_of_the_example():
 
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.yaml")), ids=lambda p: p.name)
 def test_further_studies_are_valid_and_named(path):
-    assert read_study(None, yaml.safe_load(path.read_text())).figures
+    assert read_study(path).figures
     assert f"STUDY=studies/{path.name}" in PAGES["docs/study.md"]
 
 

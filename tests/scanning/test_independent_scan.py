@@ -84,7 +84,7 @@ def check_periods(periods, expected, rod, law):
     onsets = [independent_scan.onset(rod, *row) for row in expected.slips[pushed][:, [0, 2, 4]]]
     assert periods.x0_onset[pushed] == pytest.approx(onsets, abs=1e-10)
     assert periods.onset[pushed] == pytest.approx(clamp[pushed] + onsets - x0[pushed], abs=1e-10)
-    assert periods.mobilised[pushed] == pytest.approx(mu[pushed], abs=1e-9)
+    assert periods.apparent_friction[pushed] == pytest.approx(mu[pushed], abs=1e-9)
     q, p = rod.q(x0_rest), rod.p(x0_rest)
     assert periods.loads_rest[:, :2] == pytest.approx(np.stack([-q, -p], axis=1), abs=1e-8)
     work = rod.q.integ()

@@ -12,6 +12,7 @@ from vibrissa import Mounting
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact
 from vibrissa.scanning import surfaces, textures
+from vibrissa.scanning.locking import locking_of, travel_on_slope
 from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
 from vibrissa.scanning.slip import SlipLaw
 from vibrissa.scanning.stage import path, stage_of
@@ -154,6 +155,16 @@ def test_a_tip_that_lifts_off_at_an_edge_lands_with_a_word():
         assert found.lift.min() == pytest.approx(-1e-3)
 
 
+def test_a_tip_that_lifts_off_and_never_lands_ends_the_scan_with_its_place():
+    """Past an edge the surface falls away, and is not known as far as it would push the tip."""
+    cliff = textures.measured([0.0, 0.44, 0.4400005], [0.0, 0.0, -0.0015])
+    for law in SlipLaw:
+        found = scanned(cliff, path("0.0005", ["0.08"]), 0.3, law)
+        assert found.outcome is Outcome.LOST and 50 < len(found) < 90
+        assert "the tip lifts off the surface at x = 0.44 L, and nowhere ahead" in found.message
+        assert found.ends[-1].ends_by == "lost"
+
+
 @pytest.mark.slow
 def test_a_slope_that_leads_too_deep_ends_the_scan_with_its_place():
     falling = textures.measured([0, 0.44, 1.44, 3.0], [0, 0, -0.3, -0.3])
@@ -195,6 +206,49 @@ def test_no_feature_is_too_narrow_to_be_seen():
         assert found.contact[-1] == 0.45
 
 
+@pytest.mark.slow
+def test_scans_of_similar_textures_share_the_solved_rods():
+    positions = path("0.0005", ["0.01"])
+    stages = [stage_of(WHISKER, positions, texture=textures.wave(a, 0.02)) for a in (1e-4, 1.9e-4)]
+    first, second = (stage.rod.parts for stage in stages)
+    assert all(one is other for one, other in zip(first, second, strict=True))
+    high = stage_of(WHISKER, positions, texture=textures.wave(1e-3, 0.02))
+    assert high.reach(0.0, 1e-3) > 0.0 and high.reach(0.0, -1e-3) > 0.0
+
+
+def test_slips_that_repeat_are_counted():
+    """Three slips for two waves, with the rounding of steps; and slips that do not repeat."""
+    ways = np.array([0.5, 0.7, 0.8] * 4)
+    jitter = 0.01 * np.sin(np.arange(13.0))
+    places = 0.3 + np.append(0.0, np.cumsum(ways)) + jitter
+    assert locking_of(0.02 * places, 0.02) == (3, 2)
+    assert locking_of(0.02 * places, 0.02 * np.sqrt(2.0)) is None
+    assert locking_of(0.02 * places[:3], 0.02) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "wavelength", "mu_rest"), [("free", 0.025, 0.0), ("kinetic", 0.009, 0.24)]
+)
+def test_the_travel_between_locked_slips_follows_from_the_slope_of_rest(law, wavelength, mu_rest):
+    """One slip for each wave, and a travel of one wavelength, on a slope that the tip chooses."""
+    positions = path("0.00002", ["0.3"])
+    found = scanned(textures.wave(1e-4, wavelength), positions, law=law)
+    assert locking_of(found.periods.contact_rest[-7:-1], wavelength) == (1, 1)
+    slope, lift = -np.tan(found.inclination[-1]), found.lift[-1]
+    states = respond(THETA, ETA - lift)
+    travel = travel_on_slope(states, 0.3, slope, mu_rest)
+    assert travel == pytest.approx(wavelength, abs=4e-5)  # two steps
+    with pytest.raises(ArgumentError, match="before it locks"):
+        travel_on_slope(states, 0.3, 0.5)
+
+
+def test_a_ball_is_traced_once_for_paths_that_end_in_the_same_part():
+    surface = surfaces.constant(0.3).with_texture(textures.wave(2e-4, 0.02))
+    one, other = (surface.traced(1e-3, np.array([0.0, end])).texture for end in (0.1, 0.2))
+    assert one is other and one.start == -1.0 and one.stop == 1.5
+
+
 # --- Textures ---
 
 
@@ -223,7 +277,7 @@ def test_a_ball_bridges_narrow_grooves_and_reaches_into_wide_ones():
     assert wide.low == pytest.approx(-5e-4, abs=1e-9)
 
 
-def test_a_traced_wave_is_the_parallel_curve_and_its_closing_the_wave():
+def test_a_traced_wave_is_the_parallel_curve():
     """Where the valleys are wider than the ball it touches once, and tracing loses nothing."""
     a, k, r = 2e-4, 2.0 * np.pi / 0.02, 0.02
     assert 1.0 / (a * k**2) > r  # radius of curvature in the valley

@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from responses import respond
 from vibrissa import Mounting
+from vibrissa.cli.app import app
+from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.quantities import series
 from vibrissa.scanning import surfaces, textures
-from vibrissa.sensor import Whisker, locate, scan
+from vibrissa.sensor import Setup, Whisker, identify, locate, scan
 from vibrissa.sensor.location import located
 
 CASES = [
@@ -45,3 +49,111 @@ def test_the_profile_under_the_tip_is_read_from_the_loads():
     assert found.x == pytest.approx(signals.truth.contact, abs=1e-7)
     assert 0.85 - found.y == pytest.approx(wave.height(signals.truth.contact), abs=1e-7)
     assert np.abs(found.s_c - 1.0).max() < 1e-6
+
+
+STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+NOISE = np.array([1e-4, 1e-4, 5e-6])  # N, N, N·m
+EXACT = {"noise": "0.1 mN, 0.1 mN, 5 uN*m", "assume": False}
+
+
+def recorded(whisker, noise=0.0, **change):
+    """Signals of a scan over a wave, with noise."""
+    surface = surfaces.constant(0.3).with_texture(textures.wave(2e-4, 0.02))
+    signals = scan(whisker, surface, step="100 um", to="8 mm")
+    table = signals.to_pandas()[["footpoint", "force_x", "force_y", "moment_z"]]
+    generator = np.random.default_rng(3)
+    for name, size in zip(("force_x", "force_y", "moment_z"), NOISE, strict=True):
+        table[name] += change.get(name, 0.0) + noise * size * generator.standard_normal(len(table))
+    table.attrs["units"] = signals.to_pandas().attrs["units"]
+    return table, signals.truth
+
+
+@pytest.mark.slow
+def test_noise_of_the_profile_is_what_it_is_said_to_be():
+    setup = Setup.read(theta=2, eta="85 mm", **STEEL, **EXACT)
+    table, truth = recorded(setup.whisker, noise=1.0)
+    found = identify(setup, table, profile=True).profile
+    rows = found.line - found.line[0]
+    for values, true, sizes in (
+        (found.located.x, truth.contact, found.x_noise),
+        (found.height, truth.lift, found.height_noise),
+    ):
+        off = (values - true[rows]) / sizes
+        assert 0.8 < off.std() < 1.2 and abs(off.mean()) < 0.4
+    assert found.height_deviation == pytest.approx(found.height_noise)
+    assert 1e-6 < np.median(found.height_noise) < 1e-3
+
+
+@pytest.mark.slow
+def test_friction_on_an_uneven_surface_is_called_apparent():
+    setup = Setup.read(
+        theta=2, eta="85 mm", **STEEL, **EXACT, tolerances={"surface_slope": "0.2 deg"}
+    )
+    table, truth = recorded(setup.whisker, noise=1.0)
+    periods = identify(setup, table).periods
+    assert all("mu0 is the apparent friction, with the slopes" in one for one in periods.doubt)
+    slipped = truth.periods.ends_by == "slip"
+    assert np.abs(truth.periods.apparent_friction[slipped] - 0.3).max() > 0.02
+    assert periods.mu0[slipped][1:] == pytest.approx(
+        truth.periods.apparent_friction[slipped][1:], abs=0.02
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "size", "true"),
+    [
+        ("theta", "0.01", {"theta": 2.01}),
+        ("eta", "0.05 mm", {"eta": "85.05 mm"}),
+        ("length", "0.05 mm", {"length": "100.05 mm"}),
+        ("modulus", "0.5 %", {"modulus": "211.05 GPa"}),
+        ("clamp_angle", "0.1 deg", {"clamp_angle": "0.1 deg"}),
+        ("curvature", "0.05 m^-1", {"curvature": "0.05 m^-1"}),
+        ("zero_force_y", "2 mN", {}),
+    ],
+)
+def test_a_set_up_that_is_off_by_its_tolerance_shifts_the_profile_by_its_deviation(
+    name, size, true
+):
+    given = {"theta": 2, "eta": "85 mm", **STEEL}
+    setup = Setup.read(**given, **EXACT, tolerances={name: size})
+    change = {} if true else {"force_y": 2e-3}
+    table, truth = recorded(Setup.read(**given | true).whisker, **change)
+    found = identify(setup, table, profile=True).profile
+    rows, length = found.line - found.line[0], 0.10005 if name == "length" else 0.1
+    # A rod of another length has the same surface in m.
+    for values, true_values, both, noise in (
+        (found.located.x, truth.contact, found.x_deviation, found.x_noise),
+        (found.height, truth.lift, found.height_deviation, found.height_noise),
+    ):
+        shift = np.abs(values - true_values[rows] * length / 0.1)
+        alone = np.sqrt(both**2 - noise**2)
+        assert shift == pytest.approx(alone, rel=0.05, abs=2e-6)
+
+
+def test_a_profile_needs_the_rod_and_all_channels():
+    setup = Setup.read(theta=2, eta="85 mm", **STEEL, **EXACT)
+    table, _ = recorded(setup.whisker)
+    with pytest.raises(ArgumentError, match="needs the rod"):
+        identify(Setup.read(**EXACT), table, method="ratio", profile=True)
+    with pytest.raises(RecordingError, match="all three channels"):
+        identify(setup, table.drop(columns="moment_z"), profile=True)
+
+
+@pytest.mark.slow
+def test_the_command_writes_profile_and_picture(tmp_path):
+    setup = Setup.read(theta=2, eta="85 mm", **STEEL, **EXACT)
+    table, truth = recorded(setup.whisker, noise=1.0)
+    told = "identify scan.csv --theta 2 --eta 85mm --modulus 210GPa --diameter 1mm --length 100mm"
+    names = {name: f"{name} [{unit}]" for name, unit in table.attrs["units"].items()}
+    table.rename(columns=names).to_csv(tmp_path / "scan.csv", index=False)
+    told = told.replace("scan.csv", str(tmp_path / "scan.csv"))
+    noise = ["--noise", EXACT["noise"], "--profile", str(tmp_path / "profile.csv")]
+    picture = ["--picture", str(tmp_path / "profile.png")]
+    result = CliRunner().invoke(app, [*told.split(), *noise, *picture])
+    assert result.exit_code == 0, result.output
+    written = series.read(tmp_path / "profile.csv", ["x", "height", "height_deviation"])
+    assert written.units["height"] == "m"
+    off = written.columns["height"] - 0.1 * truth.lift[: len(written.columns["x"])]
+    assert (np.abs(off) < 5.0 * written.columns["height_deviation"]).all()
+    assert (tmp_path / "profile.png").stat().st_size > 5000

@@ -155,6 +155,78 @@ def test_the_content_of_a_profile_decides_what_runs_again(read):
     assert read(STUDY).data_files == ["friction.csv"]
 
 
+HEIGHTS = """
+  wavy:
+    mu0: 0.3
+    wave: {amplitude: [1e-4, 2e-4], wavelength: 0.02}
+    rough: {deviation: 1e-5, correlation: 0.001, seed: [1, 2]}
+    heights: heights.csv
+    lay: [0, 0.5]
+    tip_radius: [0, 0.001]
+"""
+
+
+@pytest.fixture
+def read_heights(read, tmp_path):
+    def read_with(change=("", ""), heights="x, height\n0, 0\n1, 1e-4\n"):
+        (tmp_path / "heights.csv").write_text(heights)
+        section = HEIGHTS.replace(*change) if change[0] else HEIGHTS
+        text = STUDY.replace("\nscans:", section + "scans:")
+        return read(text.replace("[stripes, measured]", "[stripes, measured, wavy]"))
+
+    return read_with
+
+
+def test_heights_of_a_surface_are_axes_of_its_scans(read_heights):
+    study = read_heights()
+    variants = [one for *_, one, _ in scans_of(study, "path") if one["surface"] == "wavy"]
+    assert len(variants) == 2 * 2 * 2 * 2
+    assert {(one["wave_amplitude"], one["rough_seed"]) for one in variants} == {
+        (1e-4, 1),
+        (1e-4, 2),
+        (2e-4, 1),
+        (2e-4, 2),
+    }
+    assert all(one["wave_phase"] == 0.0 and one["mu0"] == 0.3 for one in variants)
+    assert study.data_files == ["friction.csv", "heights.csv"]
+    assert study.part("scans") != read_heights(heights="x,height\n0, 0\n1, 0\n").part("scans")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("amplitude: [1e-4, 2e-4], ", "", "wavy.wave: missing 'amplitude'"),
+        ("amplitude: [1e-4, 2e-4]", "amplitude: -1", "wavy.wave.amplitude"),
+        ("wavelength: 0.02", "wavelength: 0", "greater than 0"),
+        ("wavelength: 0.02", "wavelength: 0.02, length: 1", "wavy.wave.length"),
+        ("rough: {", "grooves: {width: 0.2, depth: 1, pitch: 0.1, wall: 1}\n    rough: {", "above"),
+        ("seed: [1, 2]", "seed: 1.5", "wavy.rough.seed"),
+        ("tip_radius: [0, 0.001]", "tip_radius: -1", "wavy.tip_radius"),
+        ("lay: [0, 0.5]", "lay: 90", "wavy.lay"),
+        ("heights.csv", "far.csv", "no file far.csv in the study file's folder"),
+        (HEIGHTS[HEIGHTS.index("    wave") : HEIGHTS.index("    lay")], "", "needs heights (wave"),
+    ],
+)
+def test_a_mistake_in_heights_is_told_with_its_place(read_heights, old, new, words):
+    with pytest.raises(StudyError) as told:
+        read_heights((old, new))
+    assert words in str(told.value), str(told.value)
+
+
+def test_a_wrong_file_of_heights_is_told_with_its_line(read_heights):
+    with pytest.raises(StudyError, match=r"wavy\.heights: .*heights\.csv:3: x must increase"):
+        read_heights(heights="x, height\n0, 0\n0, 1e-4\n")
+
+
+def test_heights_need_a_tip_alone_and_collocation(read):
+    text = STUDY.replace("{mu0: [0.2, 0.4]}", "{mu0: [0.2, 0.4], grooves: GROOVES}")
+    text = text.replace("GROOVES", "{width: 0.001, depth: 1e-4, pitch: 0.01, wall: 1}")
+    with pytest.raises(StudyError, match=r"laws\.surface: .*heights, which need `contact: point`"):
+        read(text.replace("study: demo", "study: demo\ncontact: line"))
+    with pytest.raises(StudyError, match=r"heights, which need `method: collocation`"):
+        read(text.replace("study: demo", "study: demo\nmethod: shooting"))
+
+
 # What is put in place of what, where the message says it is, and words of it.
 WRONG = {
     "unused": ("[flat, random]", "[flat]", "7: surfaces.random", "no scan uses it; remove it, or"),

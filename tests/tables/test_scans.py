@@ -10,9 +10,9 @@ from vibrissa import Mounting, sensor, solve_curve, stick_slip
 from vibrissa.cli.app import app
 from vibrissa.outcomes import Contact
 from vibrissa.quantities import series
-from vibrissa.scanning import surfaces
+from vibrissa.scanning import surfaces, textures
 from vibrissa.sensor import Whisker
-from vibrissa.tables.scans import ScanTables, computed_scans, surface_of
+from vibrissa.tables.scans import ScanTables, computed_scans, surface_of, texture_of
 
 ROD = {"theta": (2.0,), "eta": (0.85,), "dx0": (0.001,), **made_tables.IDEAL}
 PLANE = {"surface": "plane", "mu0": 0.3}
@@ -158,6 +158,36 @@ def test_a_path_to_heights_without_states_keeps_its_steps_up_to_there():
     assert shorter.steps.column("x1").to_pylist() == found.steps.column("x1").to_pylist()
     further = computed(rod={"stage_angle": (0.3,), "dx0": (0.05,)}, to=[far[0] + 0.05])
     assert further.steps.column("message")[0].as_py()
+
+
+@pytest.mark.slow
+def test_a_scan_over_heights_is_that_of_python_bit_for_bit():
+    """Two textures in one scan, lay, and a ball that bridges grooves."""
+    heights = {"wave_amplitude": 2e-4, "wave_wavelength": 0.02, "wave_phase": 1.0, "lay": 0.6}
+    heights |= {"grooves_width": 1e-3, "grooves_depth": 2e-4, "grooves_pitch": 0.01}
+    heights |= {"grooves_wall": 1.2, "tip_radius": 2e-3}
+    steps, periods = computed({"surface": "s", "mu0": 0.3} | heights, to=[0.1])
+    wave = textures.wave(2e-4, 0.02, 1.0) + textures.grooves(1e-3, 2e-4, 0.01, 1.2)
+    surface = surfaces.constant(0.3).with_texture(wave.with_lay(0.6))
+    whisker = Whisker(theta=2.0, eta=0.85)
+    truth = sensor.scan(whisker, surface, step=0.001, to=0.1, tip_radius=2e-3).truth
+    assert (truth.contact == steps.column("x1").to_numpy()).all()
+    assert (truth.lift == steps.column("height").to_numpy()).all()
+    assert (truth.inclination == steps.column("inclination").to_numpy()).all()
+    (row, *_) = [one for one in periods.to_pylist() if one["ends_by"] == "slip"]
+    both = np.tan(np.arctan(0.3) - row["inclination"])
+    assert row["apparent_friction"] == pytest.approx(both, abs=1e-9)
+    assert row["height"] == truth.lift[1] and row["tip_radius"] == 2e-3 and row["lay"] == 0.6
+
+
+def test_measured_heights_and_random_ones_are_added(tmp_path):
+    path = tmp_path / "heights.csv"
+    path.write_text("x,height\n0,0\n1,0.001\n")
+    heights = {"heights": str(path), "rough_deviation": 1e-5, "rough_correlation": 0.01}
+    texture = texture_of(heights | {"rough_seed": 3})
+    expected = 5e-4 + textures.rough(1e-5, 0.01, 3).height(np.array([0.5]))
+    assert texture.height(np.array([0.5])) == pytest.approx(expected)
+    assert texture.stop == 1.0
 
 
 @pytest.mark.slow

@@ -10,12 +10,15 @@ import typer
 from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
 from vibrissa.cli.warnings import density_of, material_of, warn, with_modulus
+from vibrissa.extras import require
+from vibrissa.quantities.series import check_ending, write
 from vibrissa.quantities.units import Measured
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup
 from vibrissa.sensor.setup import TOLERANCES
 from vibrissa.wording import counted, see_page
 
 SIGNALS = "Signals"
+PICTURES = (".png", ".svg", ".pdf")
 PANELS = {**SETUP, SIGNALS: ("transducer", "noise", TOLERANCES)}
 EXAMPLE = "Example: `vibrissa identify scan.csv --rod setup.toml -o friction.csv`"
 
@@ -47,6 +50,18 @@ def identify(
         str | None, option("Delay of the readings by a low-pass filter: '4 ms'.", SIGNALS)
     ] = None,
     output: Out = None,
+    profile: Annotated[
+        Path | None,
+        option(
+            "Also locate the contact point of each sample, and write the profile under the tip: "
+            "a table (.csv, .parquet).",
+            "Output",
+        ),
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        option("Picture of the profile: .png, .svg or .pdf.", "Output"),
+    ] = None,
     verbose: Annotated[
         bool,
         option("Also print assumed tolerances and all estimates.", "Output", "--verbose", "-v"),
@@ -65,7 +80,25 @@ def identify(
     density = density_of(setup, material)
     if density is not None:
         setup = setup.model_copy(update={"density": Measured(f"{density:.10g} kg/m^3")})
-    found = sensor.identify(setup, recording, method=method, slip_time=slip_time, delay=delay)
+    if profile is not None:
+        check_ending(profile)
+    if picture is not None:
+        check_ending(picture, PICTURES)
+        require("plots", "matplotlib")
+    found = sensor.identify(
+        setup,
+        recording,
+        method=method,
+        slip_time=slip_time,
+        delay=delay,
+        profile=profile is not None or picture is not None,
+    )
+    if profile is not None and found.profile is not None:
+        write(profile, found.profile)
+    if picture is not None and found.profile is not None:
+        from vibrissa.figures.profile import save_profile
+
+        save_profile(found.profile.to_pandas(), picture)
     place = "" if output is None else f"{output}: "
     hand_out(found, place + "\n".join(_lines(found, verbose)), output)
     periods = found.periods

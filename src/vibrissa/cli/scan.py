@@ -1,5 +1,6 @@
 """``vibrissa scan``: from a surface to the signals of the clamp."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -39,7 +40,23 @@ def scan(
         str | None, option("Random friction: 'mean, deviation, correlation length'.", SURFACE)
     ] = None,
     heights: Annotated[
-        Path | None, option("Measured heights: a table with columns x and height.", SURFACE)
+        Path | None,
+        option(
+            "Measured heights: a table with columns x and height, or a profilometer's file (.x3p, "
+            ".sdf, .sur, ...), of which one row is levelled.",
+            SURFACE,
+        ),
+    ] = None,
+    heights_start: Annotated[
+        str, option("Position of the file's x = 0 on the surface: '40 mm'.", SURFACE)
+    ] = "0",
+    heights_row: Annotated[
+        int | None,
+        option("Row of a profilometer's file, from 1.", SURFACE, show_default="the middle one"),
+    ] = None,
+    heights_cutoff: Annotated[
+        str | None,
+        option("Cutoff of a Gaussian low-pass filter of such a file: '8 um'.", SURFACE),
     ] = None,
     wave: Annotated[str | None, option("Wavy heights: 'amplitude, wavelength'.", SURFACE)] = None,
     grooves: Annotated[
@@ -77,10 +94,19 @@ def scan(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )
     relief = read_heights(
-        whisker.units, heights=heights, wave=wave, grooves=grooves, rough=rough, lay=lay, seed=seed
+        whisker.units,
+        heights=heights,
+        wave=wave,
+        grooves=grooves,
+        rough=rough,
+        lay=lay,
+        seed=seed,
+        start=heights_start,
+        row=heights_row,
+        cutoff=heights_cutoff,
     )
     if relief is not None:
-        surface = surface.with_texture(relief)
+        surface = surface.with_texture(relief.texture)
     # A wrong name is refused before any work.
     transducer = setup.transducer and transducer_of(setup.transducer, whisker.units)
     signals = sensor.scan(
@@ -93,6 +119,8 @@ def scan(
         damping=damping,
         tip_radius=tip_radius,
     )
+    if relief is not None and relief.about:
+        signals = replace(signals, about={"heights": relief.about})
     if transducer:
         signals = signals.measured(transducer, seed)
     hand_out(signals, f"{output}: {signals}", output)

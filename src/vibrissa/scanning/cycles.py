@@ -8,6 +8,7 @@ from dataclasses import replace
 from decimal import Decimal
 from itertools import pairwise
 from math import ceil
+from typing import Protocol
 
 import numpy as np
 
@@ -21,11 +22,20 @@ from vibrissa.scanning.simulation import Outcome, Scan, simulate
 from vibrissa.scanning.slip import Slip, SlipLaw, check_law
 from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
+from vibrissa.scanning.textures import Texture
 from vibrissa.sticking.api import check_surface
 from vibrissa.sticking.curve import StickingCurve
 
 # Share of steps that a path has beyond those expected to suffice.
 SPARE = 1.25
+
+
+class MakesStage(Protocol):
+    """Makes the stage of a rod for positions of the clamp (L) and heights of a surface."""
+
+    def __call__(self, positions: FloatArray, texture: Texture | None) -> Stage:
+        """Return the stage."""
+        ...
 
 
 def stick_slip(
@@ -91,8 +101,8 @@ def stick_slip(
     )
 
 
-def stages(curve: StickingCurve) -> Callable[[FloatArray], Stage]:
-    """Return a function that makes the stage of a rod, for given clamp positions (L).
+def stages(curve: StickingCurve) -> MakesStage:
+    """Return a function that makes the stage of a rod.
 
     Parameters
     ----------
@@ -100,14 +110,18 @@ def stages(curve: StickingCurve) -> Callable[[FloatArray], Stage]:
         A curve with states; on an oblique stage, that of the rod's first height.
     """
     rod = MountedRod.of(curve)
-    if rod.mounting.stage_angle:
-        return lambda positions: stage_of(rod, positions)
     level = Stage(rod=Response(curve=curve), eta=curve.eta)
-    return lambda positions: level
+
+    def stage(positions: FloatArray, texture: Texture | None) -> Stage:
+        if texture is None and not rod.mounting.stage_angle:
+            return level
+        return stage_of(rod, positions, texture=texture)
+
+    return stage
 
 
 def move(
-    stage: Callable[[FloatArray], Stage],
+    stage: MakesStage,
     surface: Surface,
     step: Decimal | float | str,
     *,
@@ -116,13 +130,14 @@ def move(
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
     damping: float | None = None,
+    tip_radius: float = 0.0,
 ) -> Scan:
     """Move the clamp in equal steps, through turning points or until the tip has slipped.
 
     Parameters
     ----------
     stage : callable
-        Makes the stage for given clamp positions (L), as `stages` returns it.
+        Makes the stage for given clamp positions (L) and heights, as `stages` returns it.
     surface : Surface
     step : Decimal or float or str
         Step of the clamp (L).
@@ -132,6 +147,8 @@ def move(
         Number of slips after which the scan ends; either `to` or `cycles` is needed.
     law, kinetic_ratio, damping : optional
         As in `vibrissa.scanning.simulate`.
+    tip_radius : float
+        Radius of a ball at the tip, which traces the heights of the surface (L).
 
     Raises
     ------
@@ -143,9 +160,13 @@ def move(
     if (to is None) == (cycles is None):
         raise ArgumentError("a scan needs either 'to' or 'cycles'")
     if cycles is not None:
-        return until_slips(stage, surface, exact(step), cycles, law, kinetic_ratio, damping)
+        return until_slips(
+            stage, surface, exact(step), cycles, law, kinetic_ratio, damping, tip_radius
+        )
     positions = path(step, to or ())
-    return simulate(stage(positions), surface, positions, law, kinetic_ratio, damping=damping)
+    traced = surface.traced(tip_radius, positions)
+    on = stage(positions, traced.texture)
+    return simulate(on, traced, positions, law, kinetic_ratio, damping=damping)
 
 
 def steady_travel(
@@ -195,13 +216,14 @@ def steady_travel(
 
 
 def until_slips(
-    stage: Callable[[FloatArray], Stage],
+    stage: MakesStage,
     surface: Surface,
     dx0: Decimal,
     slips: int,
     law: SlipLaw | str,
     kinetic_ratio: float,
-    damping: float | None,
+    damping: float | None = None,
+    tip_radius: float = 0.0,
 ) -> Scan:
     """Move the clamp forward in steps of Δx0 (L) until the tip has slipped a number of times.
 
@@ -211,17 +233,19 @@ def until_slips(
     Parameters
     ----------
     stage : callable
-        Makes the stage for given clamp positions (L), as `stage_of` does.
+        Makes the stage for given clamp positions (L) and heights, as `stages` returns it.
+    tip_radius : float
+        Radius of a ball at the tip (L).
     """
     enough, refused = 0, 0
     found, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
     while refused != enough + 1:
         steps = (enough + refused) // 2 if refused else _more_steps(found, enough, slips)
         positions = step_position(np.arange(steps + 1), dx0)
+        traced = surface.traced(tip_radius, positions)
         try:
-            found = simulate(
-                stage(positions), surface, positions, law, kinetic_ratio, slips, damping=damping
-            )
+            on = stage(positions, traced.texture)
+            found = simulate(on, traced, positions, law, kinetic_ratio, slips, damping=damping)
         except NoResponseError as error:
             refused, reason = steps, str(error)
             continue

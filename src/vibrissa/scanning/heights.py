@@ -147,13 +147,15 @@ class Heights:
         order : int
             0 for the reactions, 1 for their derivatives; the formula holds for no higher order.
         """
-        place = self._place(x0, eta)
-        found = self._interpolated(self._reactions, place, eta, order)
+        polynomials = self._polynomials(eta)
+        place = self._place(x0, polynomials)
+        found = self._interpolated(self._reactions, place, polynomials, order)
         return found * place.growth[:, None] ** order
 
     def states(self, x0: FloatArray, eta: FloatArray) -> FloatArray:
         """Return the columns `COLUMNS` of states at displacements and heights (L)."""
-        found = self._interpolated(self._states, self._place(x0, eta), eta, 0)
+        polynomials = self._polynomials(eta)
+        found = self._interpolated(self._states, self._place(x0, polynomials), polynomials, 0)
         if self.branches[0].curve.section is RodSection.PLANAR:
             found[:, COLUMNS.index("stability_aside")] = np.nan
         return found
@@ -170,7 +172,8 @@ class Heights:
         s : ndarray, shape (points,)
             Arc lengths between 0 and 1, increasing (L).
         """
-        place, found = self._place(x0, eta), np.full((3, len(x0), len(s)), np.nan)
+        place = self._place(x0, self._polynomials(eta))
+        found = np.full((3, len(x0), len(s)), np.nan)
         heights = np.array([branch.curve.eta for branch in self.branches])
         nearest = np.abs(eta[:, None] - heights).argmin(axis=1)
         for number in np.unique(nearest):
@@ -196,14 +199,13 @@ class Heights:
             )
         )
 
-    def _place(self, x0: FloatArray, eta: FloatArray) -> _Place:
-        return _placed(self.bounds_at(eta), x0)
+    def _place(self, x0: FloatArray, polynomials: FloatArray) -> _Place:
+        return _placed(polynomials @ self._over_heights[:, :-2], x0)
 
     def _interpolated(
-        self, splines: Sequence[CubicSpline], place: _Place, eta: FloatArray, order: int
+        self, splines: Sequence[CubicSpline], place: _Place, polynomials: FloatArray, order: int
     ) -> FloatArray:
-        polynomials = self._polynomials(eta)
-        found = np.empty((len(eta), splines[0].c.shape[-1]))
+        found = np.empty((len(polynomials), splines[0].c.shape[-1]))
         for number, spline in enumerate(splines):
             on = place.stretch == number
             coefficients = spline(place.fraction[on], order)
@@ -400,11 +402,17 @@ def respond_over(rod: MountedRod, low: float, high: float) -> HeightRange:
         at one of the heights.
     """
     check_range(rod, low, high)
-    responses([rod])
+    _check_response(rod)
     down, up = np.arange(rod.eta, low, -WIDEST), np.arange(rod.eta, high, WIDEST)
     edges = np.unique([low, *down, *up, high]).tolist()
     parts = [part for ends in pairwise(edges) for part in _parts(rod, *ends)]
     return HeightRange(parts=tuple(parts))
+
+
+@lru_cache(KEPT_PARTS)
+def _check_response(rod: MountedRod) -> None:
+    """Raise an error if a rod has no response at its own height; see `responses`."""
+    responses([rod])
 
 
 def _parts(rod: MountedRod, low: float, high: float) -> list[Heights]:

@@ -92,6 +92,8 @@ class Periods(Batch):
         1 for a tip ahead of the clamp, −1 for a tip behind it, at the end of the period.
     mu0 : ndarray, shape (n,)
         Coefficient of static friction under the tip.
+    lift, inclination : ndarray, shape (n,)
+        Height of the surface under the tip (L), and its inclination γ (rad), as in `Scan`.
     x0_onset, x0_rest : ndarray, shape (n,)
         Displacement from the α = 0 state at `onset`, and after the slip (L).
     loads_onset, loads_rest : ndarray, shape (n, 3)
@@ -113,6 +115,8 @@ class Periods(Batch):
     contact_rest: FloatArray
     side: IntArray
     mu0: FloatArray
+    lift: FloatArray
+    inclination: FloatArray
     x0_onset: FloatArray
     x0_rest: FloatArray
     loads_onset: FloatArray
@@ -122,8 +126,8 @@ class Periods(Batch):
     ends_by: StrArray
 
     @property
-    def mobilised(self) -> FloatArray:
-        """Apparent friction |fx/fy| at the onset, which an exact sensor reads as μ0."""
+    def apparent_friction(self) -> FloatArray:
+        """|fx/fy| at the onset, which is μ0 on a plane, and tan(atan μ0 − γ) of a pushed tip."""
         fx, fy, _ = self.loads_onset.T
         return np.abs(fx / fy)
 
@@ -148,6 +152,7 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
     x0_rest = np.array([rest.x0 for rest in rests])
     contact_rest = np.array([rest.contact for rest in rests])
     lift = np.array([tip.footing.lift for tip in tips])
+    slope = np.array([tip.footing.ahead.slope for tip in tips])
     lift_rest = np.array([end.footing.lift if end.footing else np.nan for end in ends])
     at_onset = _held(tips, onset, contact, side, lift)
     return Periods(
@@ -162,6 +167,8 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
         contact_rest=contact_rest,
         side=side,
         mu0=np.array([tip.mu0 for tip in tips]),
+        lift=lift,
+        inclination=0.0 - side * np.arctan(slope),
         x0_onset=side * at_onset.x0,
         x0_rest=side * x0_rest + 0.0,  # no −0
         loads_onset=at_onset.loads,

@@ -256,6 +256,12 @@ class Scan(Batch):
         mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
         return np.asarray(states(states.clip(sign * self.x0)) * mirror)
 
+    @property
+    def apparent_friction(self) -> FloatArray:
+        """|fx/fy| at each step, shape (n,): friction and slope together at the onset of slip."""
+        fx, fy, _ = self.reactions.T
+        return np.abs(fx / fy)
+
     @cached_property
     def state(self) -> StickingState:
         """States of the rod; their x0 is the clamp's displacement since α = 0, as in `since`."""

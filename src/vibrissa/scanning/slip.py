@@ -150,8 +150,8 @@ class Cell(NamedTuple):
 
 # Number of places at which a state with α = 0 is sought before a free slip on a plane.
 LOOKS = 257
-# Cells for any force, and short ones for the many pieces of a surface of cubic polynomials.
-CELL, SHORT_CELL = Cell.of(1e-3, 6), Cell.of(2e-4, 3)
+# Cells for any force, and short ones for the many pieces of polynomials, by their degree.
+CELL, SHORT_CELL, SHORTEST_CELL = Cell.of(1e-3, 6), Cell.of(2e-4, 3), Cell.of(5e-5, 2)
 
 
 def check_law(law: SlipLaw | str, kinetic_ratio: float, damping: float | None) -> SlipLaw:
@@ -267,7 +267,10 @@ class Slip:
     @property
     def _cell(self) -> Cell:
         texture = self.surface.texture
-        return SHORT_CELL if texture is not None and texture.degree <= 3 else CELL
+        if texture is None or texture.degree > 3:
+            return CELL
+        # Pieces that are longer have few nodes anyhow.
+        return SHORT_CELL if texture.degree > 1 else SHORTEST_CELL
 
     def _held(self, contact: FloatArray | float) -> Held:
         """Return the states of the rod with the tip at given positions (L)."""

@@ -188,7 +188,15 @@ def stage_of(
         if rod.contact is Contact.LINE:
             raise ArgumentError("on a surface with heights the contact must be 'point', not 'line'")
         check_range(rod, low, high)
-        # A little further, so that crests and valleys lie within the range.
-        low = max(low - max(texture.high, 0.0) - NARROWEST, LOWEST)
-        high = max(high, min(high - min(texture.low, 0.0) + NARROWEST, UPRIGHT))
+        low = max(low - _margin(texture.high), LOWEST)
+        high = max(high, min(high + _margin(-texture.low), UPRIGHT))
     return Stage(rod=respond_over(rod.level(rod.eta), low, high), eta=rod.eta, angle=angle)
+
+
+def _margin(height: float) -> float:
+    """Margin of heights at which a rod is solved for crests or valleys of a height (L).
+
+    It is a little more, and one of few values, so that a rod need not be solved for each texture.
+    """
+    doublings = np.ceil(np.log2(1.0 + max(height, 0.0) / NARROWEST))
+    return float(NARROWEST * 2.0**doublings)

@@ -14,6 +14,8 @@ from vibrissa.scanning.textures import Texture
 
 # Number of cosines in a random surface, enough for a nearly normal distribution of its friction.
 COSINES = 256
+# Length of the parts of a surface that are traced by a ball (L).
+TRACED = 0.5
 # Largest distance that counts as 0, in roundings of a position.
 ROUNDINGS = 8.0
 
@@ -90,6 +92,23 @@ class Surface:
             start=max(self.start, texture.start),
             stop=min(self.stop, texture.stop),
         )
+
+    def traced(self, radius: float, clamp: FloatArray) -> "Surface":
+        """Return the surface under the lowest point of a ball at the tip; see `Texture.traced`.
+
+        Parameters
+        ----------
+        radius : float
+            Radius of the ball (L).
+        clamp : ndarray
+            Positions of the clamp (L), from which the tip is not further away than a rod's length.
+        """
+        if self.texture is None:
+            return self
+        # Whole parts, so that a longer path needs no new profile.
+        begin = TRACED * np.floor((np.min(clamp) - 1.0) / TRACED)
+        end = TRACED * np.ceil((np.max(clamp) + 1.0) / TRACED)
+        return self.with_texture(self.texture.traced(radius, float(begin), float(end)))
 
     def __call__(self, x: FloatArray | float) -> FloatArray:
         """Look up the static friction at positions on the surface (L).

@@ -6,6 +6,7 @@ height h(x), the surface is at the distance η − h(x) from the clamp.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +31,8 @@ RIM = 1.0 - 1.25e-5
 SAME = 1e-9
 # Slope from which on a piece of a traced profile is a wall.
 STEEP = 1.0
+# Number of traced profiles that are kept, some megabytes each.
+KEPT_TRACED = 8
 # Halvings in which the place where the ball touches is found.
 HALVINGS = 52
 
@@ -335,6 +338,7 @@ def _pieces(heights: PPoly) -> Texture:
         breaks=breaks,
         low=float(values.min()),
         high=float(values.max()),
+        degree=len(heights.c) - 1,
         start=float(x[0]),
         stop=float(x[-1]),
     )
@@ -343,6 +347,7 @@ def _pieces(heights: PPoly) -> Texture:
 # --- The profile that a ball traces ---
 
 
+@lru_cache(KEPT_TRACED)
 def _traced(texture: Texture, radius: float, start: float, stop: float) -> Texture:
     """Trace a texture with a disc between two positions (L)."""
     first, last = max(start - radius, texture.start), min(stop + radius, texture.stop)

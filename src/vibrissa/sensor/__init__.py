@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from vibrissa.sensor.identification.periods import Grade as Grade
     from vibrissa.sensor.identification.periods import Periods as Periods
     from vibrissa.sensor.identification.periods import PeriodStatus as PeriodStatus
+    from vibrissa.sensor.identification.profile import ContactProfile as ContactProfile
     from vibrissa.sensor.identification.recording import Method as Method
     from vibrissa.sensor.identification.recording import Recording as Recording
     from vibrissa.sensor.identification.result import Identification as Identification
@@ -32,6 +33,7 @@ __getattr__, __all__ = attached(
     {
         "identification.identify": "identify",
         "identification.periods": "Grade PeriodStatus Periods",
+        "identification.profile": "ContactProfile",
         "identification.recording": "Method Recording",
         "identification.result": "Identification",
         "identification.summary": "FrictionSummary",

@@ -1,7 +1,7 @@
 """Signals of a scan at the clamp, in the units of a real rod."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from vibrissa.quantities.units import Kind, Quantity, Units
 from vibrissa.scanning.cycles import move
 from vibrissa.scanning.simulation import Scan, TipPhase, TipSide
 from vibrissa.scanning.slip import SlipLaw
-from vibrissa.scanning.stage import path
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Whisker
@@ -30,11 +29,18 @@ class Signals(Tabular):
         Columns force_x, force_y and moment_z in the units that `columns` gives: exact clamp
         reactions, or readings of a transducer.
     units : Units
+    about : mapping
+        Texts for the header of the table, such as the source of the heights.
     """
 
     truth: Scan
     readings: FloatArray
     units: Units
+    about: Mapping[str, str] = field(default_factory=dict)
+
+    def header(self) -> dict[str, str]:
+        """Texts that hold for the whole table."""
+        return dict(self.about)
 
     def measured(self, transducer: Transducer | str, seed: int = 0) -> "Signals":
         """Return a copy with readings of a transducer; `seed` fixes their noise."""
@@ -66,7 +72,7 @@ class Signals(Tabular):
             "height": Column(truth.lift * unit, length, "height of the surface under the tip"),
             "inclination": Column(truth.inclination, "rad", "of the surface; < 0 where it rises"),
             "apparent_friction": Column(
-                np.abs(truth.reactions[:, 0] / truth.reactions[:, 1]),
+                truth.apparent_friction,
                 "1",
                 "|force_x/force_y| without noise",
             ),
@@ -121,18 +127,14 @@ def scan(
     turns = [units.read(turn, Kind.LENGTH, "to") for turn in np.array(to, dtype=object).ravel()]
     surface = replace(surface, spell=whisker.spell)
     radius = float(units.read(tip_radius, Kind.LENGTH, "tip_radius"))
-    if surface.texture is not None:
-        positions = path(size, turns)
-        # The tip is not further from the clamp than a rod's length.
-        begin, end = float(positions.min()) - 1.0, float(positions.max()) + 1.0
-        surface = surface.with_texture(surface.texture.traced(radius, begin, end))
     truth = move(
-        lambda positions: whisker.stage(positions, surface.texture),
+        whisker.stage,
         surface,
         size,
         to=turns,
         law=law,
         kinetic_ratio=kinetic_ratio,
         damping=damping,
+        tip_radius=radius,
     )
     return Signals(truth=truth, readings=truth.reactions * units.channels, units=units)

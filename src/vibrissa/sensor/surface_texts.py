@@ -1,6 +1,7 @@
 """Surfaces described by texts with units, or measured in a table."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,14 @@ from vibrissa.quantities.units import Kind, Quantity, Units
 from vibrissa.scanning import textures
 from vibrissa.scanning.surfaces import Surface, constant, patches, profile, random
 from vibrissa.scanning.textures import Texture
+from vibrissa.sensor import topography
+
+
+class Relief(NamedTuple):
+    """Heights of a surface, and what was done to those of a file; empty without a file."""
+
+    texture: Texture
+    about: str
 
 
 def read_surface(
@@ -86,13 +95,16 @@ def read_heights(
     rough: str | None = None,
     lay: str | None = None,
     seed: int = 0,
-) -> Texture | None:
+    start: str = "0",
+    row: int | None = None,
+    cutoff: str | None = None,
+) -> Relief | None:
     """Read the heights of a surface, the sum of all that are described; None without any.
 
     Parameters
     ----------
     heights : Path, optional
-        Table with the columns ``x`` and ``height``.
+        Table with the columns ``x`` and ``height``, or a file of a profilometer.
     wave : str, optional
         Amplitude and wavelength: ``"20 um, 2 mm"``.
     grooves : str, optional
@@ -102,6 +114,10 @@ def read_heights(
         Standard deviation and correlation length of random heights: ``"5 um, 100 um"``.
     lay : str, optional
         Angle between the motion and the direction across the grooves.
+    start : str
+        Position on the surface of x = 0 of a file.
+    row, cutoff : optional
+        Row of a profilometer's file, and cutoff of its filter; see `topography.read_row`.
 
     Raises
     ------
@@ -110,18 +126,19 @@ def read_heights(
     RecordingError
         If the table cannot be read.
     """
-    found = []
+    found, about = [], ""
+    for name, given in (
+        ("start", start != "0"),
+        ("row", row is not None),
+        ("cutoff", bool(cutoff)),
+    ):
+        if given and heights is None:
+            raise ArgumentError(f"heights_{name} needs a file of heights")
     if heights is not None:
-        table = series.read(heights, ["x", "height"])
-        missing = np.isnan(table.columns["x"] + table.columns["height"])
-        if missing.any():
-            raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or height is missing")
-        x, height = (
-            table.columns[name]
-            * units.column_factor(table.units.get(name, "L"), Kind.LENGTH, f"{heights}: {name}")
-            for name in ("x", "height")
-        )
-        found.append(textures.measured(x, height))
+        measured = _read_measured(heights, units, row, cutoff)
+        offset = float(units.read(start, Kind.LENGTH, "start of the heights"))
+        found.append(textures.measured(measured.x + offset, measured.height))
+        about = measured.about
     if wave is not None:
         found.append(textures.wave(*_quantities(wave, units, "wave", "amplitude, wavelength")))
     if grooves is not None:
@@ -137,7 +154,35 @@ def read_heights(
     texture = sum(found[1:], start=found[0])
     if lay is not None:
         texture = texture.with_lay(float(units.read(lay, Kind.ANGLE, "lay")))
-    return texture
+    return Relief(texture=texture, about=about)
+
+
+def _read_measured(
+    path: Path, units: Units, row: int | None, cutoff: str | None
+) -> topography.MeasuredRow:
+    """Read heights from a table or from a file of a profilometer, in units of the rod."""
+    if topography.is_topography(path):
+        if units.nondimensional:
+            raise ArgumentError(
+                f"{path.name} has heights in micrometres: give the rod's modulus, diameter and "
+                "length, too"
+            )
+        length = units.unit(Kind.LENGTH)
+        size = 0.0 if cutoff is None else float(units.read(cutoff, Kind.LENGTH, "cutoff")) * length
+        found = topography.read_row(path, row, size)
+        return found._replace(x=found.x / length, height=found.height / length)
+    if row is not None or cutoff is not None:
+        raise ArgumentError(f"{path.name} is a table: row and cutoff are for profilometers' files")
+    table = series.read(path, ["x", "height"])
+    missing = np.isnan(table.columns["x"] + table.columns["height"])
+    if missing.any():
+        raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or height is missing")
+    x, height = (
+        table.columns[name]
+        * units.column_factor(table.units.get(name, "L"), Kind.LENGTH, f"{path}: {name}")
+        for name in ("x", "height")
+    )
+    return topography.MeasuredRow(x=x, height=height, about=f"{path.name}, as it is")
 
 
 def _read_grooves(text: str, units: Units) -> Texture:

@@ -135,8 +135,9 @@ FREQUENCIES = ("frequency_1", "frequency_2")
 _Law: TypeAlias = Literal[tuple(law.value for law in SlipLaw)]  # type: ignore[valid-type]
 _Ratio: TypeAlias = Annotated[FiniteFloat, Field(gt=0, le=1), _NO_FLAG]
 _Seed: TypeAlias = Annotated[int, Field(strict=True, ge=0), _NO_FLAG]
+_Wall: TypeAlias = Annotated[FiniteFloat, Field(gt=0, le=1.569), _NO_FLAG]
 # Further axes of scans. A scan has no value of an axis that has no effect on it.
-SURFACE_AXES: dict[str, Axis] = {
+FRICTION_AXES: dict[str, Axis] = {
     "mean": Axis("mean of a random friction coefficient, above 0", _Positive),
     "deviation": Axis("standard deviation of a random friction coefficient", _NotNegative),
     "correlation": Axis(
@@ -146,6 +147,25 @@ SURFACE_AXES: dict[str, Axis] = {
     ),
     "seed": Axis("whole number from 0 that fixes a random surface", _Seed),
 }
+# Each begins with the name of its section in the study file, if it has one: `wave: {amplitude: 1}`.
+TEXTURE_AXES: dict[str, Axis] = {
+    "wave_amplitude": Axis("amplitude of a wave in units of L, from 0", _NotNegative),
+    "wave_wavelength": Axis("length of a wave in units of L, above 0", _Positive),
+    "wave_phase": Axis("phase of a wave at x = 0 in rad", _Number),
+    "grooves_width": Axis("width of a groove in units of L, above 0", _Positive),
+    "grooves_depth": Axis("depth of a groove in units of L, above 0", _Positive),
+    "grooves_pitch": Axis("distance of grooves in units of L, above their width", _Positive),
+    "grooves_wall": Axis("inclination of the walls of grooves in rad, up to 1.569", _Wall),
+    "rough_deviation": Axis("standard deviation of random heights in units of L", _NotNegative),
+    "rough_correlation": Axis(
+        "distance in units of L at which the correlation of random heights has fallen to exp(-1/2)",
+        _Positive,
+    ),
+    "rough_seed": Axis("whole number from 0 that fixes random heights", _Seed),
+    "lay": Axis("angle in rad between the motion and the direction across the grooves", _Angle),
+    "tip_radius": Axis("radius of a ball at the tip in units of L, from 0", _NotNegative),
+}
+SURFACE_AXES: dict[str, Axis] = FRICTION_AXES | TEXTURE_AXES
 LAW_AXES: dict[str, Axis] = {
     "law": Axis("slip law, which says where a slip ends: " + ", ".join(SlipLaw), _Law),
     "kinetic_ratio": Axis(

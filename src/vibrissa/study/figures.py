@@ -81,7 +81,7 @@ _RUN = ("mu0", "eta", "dx0")
 # What distinguishes scans of the same rod.
 _SCAN = (*_RUN, *SCAN_AXES)
 # The seeds of a random surface are averaged over.
-_LAWLESS = tuple(axis for axis in SCAN_AXES if axis != "seed")
+_LAWLESS = tuple(axis for axis in SCAN_AXES if axis not in ("seed", "rough_seed"))
 FIGURE_KINDS: Mapping[str, FigureKind] = {
     "taper": FigureKind(
         "clamp displacement x0,max over theta, a series for each mu0", "grid", ("eta", "dx0")

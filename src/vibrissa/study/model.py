@@ -285,12 +285,23 @@ class Study(Section):
                 if surface not in self.surfaces:
                     text = f"{surface!r} is not the name of a surface; allowed: {known}"
                     mistakes.add(text, "scans", name, "surface")
+                elif self.surfaces[surface].has_heights:
+                    self._check_heights(mistakes, name, surface)
         for name, section in self.surfaces.items():
             if name not in used:
                 text = f"no scan uses it; remove it, or set surface: {name} in a scan"
                 mistakes.add(text, "surfaces", name)
             for place, text in section.misfits(self._context["folder"]):
                 mistakes.add(text, "surfaces", name, *place)
+
+    def _check_heights(self, mistakes: Mistakes, scan: str, surface: str) -> None:
+        """Find scans over heights that need another kind of contact or another solver."""
+        if self.contact is not Contact.POINT:
+            text = f"the surface {surface} has heights, which need `contact: point`"
+            mistakes.add(text, "scans", scan, "surface")
+        if self.method is Solver.SHOOTING:
+            text = f"the surface {surface} has heights, which need `method: collocation`"
+            mistakes.add(text, "scans", scan, "surface")
 
     def _surface_count(self, scan: ScanSection) -> int:
         """Count the surfaces of a scan."""
@@ -372,10 +383,10 @@ class Study(Section):
     @property
     def data_files(self) -> list[str]:
         """Files beside the study file that it names, relative to it."""
-        profiles = [surface.profile for surface in self.surfaces.values()]
+        measured = [name for surface in self.surfaces.values() for name in surface.files]
         scripts = [figure.script for figure in self.figures.values()]
         points = [grid.points for grid in self.grids.values() if isinstance(grid, PointsSection)]
-        return sorted({name for name in (*profiles, *scripts, *points) if name})
+        return sorted({name for name in (*measured, *scripts, *points) if name})
 
     @cached_property
     def chunks(self) -> dict[str, Chunk | PointsChunk]:

@@ -191,10 +191,10 @@ class ScanChunk:
 
     def part(self, solver: Mapping[str, str]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its files' metadata."""
-        # The content of a profile counts, not its path, which may be another in an archive.
+        # The content of a file counts, not its path, which may be another in an archive.
         inputs = {**self.params, **solver}
         inputs["surfaces"] = [
-            {key: value for key, value in surface.items() if key != "profile"}
+            {key: value for key, value in surface.items() if key not in ("profile", "heights")}
             for surface in self.surfaces
         ]
         return "".join(f"{key}: {value}\n" for key, value in inputs.items())

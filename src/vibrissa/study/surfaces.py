@@ -1,7 +1,7 @@
-"""Surfaces of a study file: the friction under the tip, as a function of the place."""
+"""Surfaces of a study file: friction and height under the tip, as functions of the place."""
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from hashlib import sha256
 from itertools import pairwise, product
 from math import isfinite
@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple, Self, TypeAlias
 
 from pydantic import Field, FiniteFloat, model_validator
 
-from vibrissa.study.axes import AXES, SURFACE_AXES, Values
+from vibrissa.study.axes import AXES, FRICTION_AXES, TEXTURE_AXES, Values, sortable
 from vibrissa.study.sections import Mistakes, Section
 
 # Name of the surface of a scan that states mu0 itself.
@@ -25,11 +25,46 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "mean": ("deviation", "correlation", "seed"),
 }
 
+# Keys of the heights of a surface, which are added.
+HEIGHTS = ("wave", "grooves", "rough", "heights")
+
 _Friction: TypeAlias = Annotated[FiniteFloat, Field(gt=0)]
 
 
+class WaveSection(Section):
+    """Heights of a sine."""
+
+    amplitude: Annotated[Values, TEXTURE_AXES["wave_amplitude"]]
+    wavelength: Annotated[Values, TEXTURE_AXES["wave_wavelength"]]
+    phase: Annotated[Values, TEXTURE_AXES["wave_phase"]] = (0.0,)
+
+
+class GroovesSection(Section):
+    """Heights of equal grooves in a plane."""
+
+    width: Annotated[Values, TEXTURE_AXES["grooves_width"]]
+    depth: Annotated[Values, TEXTURE_AXES["grooves_depth"]]
+    pitch: Annotated[Values, TEXTURE_AXES["grooves_pitch"]]
+    wall: Annotated[Values, TEXTURE_AXES["grooves_wall"]]
+
+    @model_validator(mode="after")
+    def _leaves_land(self) -> Self:
+        (widest,), (least,) = max(map(sortable, self.width)), min(map(sortable, self.pitch))
+        if not widest < least:
+            raise ValueError(f"the pitch {least:g} must be above the width {widest:g} of a groove")
+        return self
+
+
+class RoughSection(Section):
+    """Random heights, normally distributed."""
+
+    deviation: Annotated[Values, TEXTURE_AXES["rough_deviation"]]
+    correlation: Annotated[Values, TEXTURE_AXES["rough_correlation"]]
+    seed: Annotated[Values, TEXTURE_AXES["rough_seed"]]
+
+
 class SurfaceSection(Section):
-    """A surface: a plane, patches, a measured profile of friction, or random friction."""
+    """A surface: its friction (plane, patches, a profile or random), and its heights if any."""
 
     mu0: Annotated[Values | None, AXES["mu0"]] = None
     patches: list[tuple[FiniteFloat, _Friction]] | None = Field(
@@ -43,10 +78,22 @@ class SurfaceSection(Section):
         description="CSV file with the columns x (in units of L, increasing) and mu0, relative to "
         "the study file; mu0 is linear between the points",
     )
-    mean: Annotated[Values | None, SURFACE_AXES["mean"]] = None
-    deviation: Annotated[Values | None, SURFACE_AXES["deviation"]] = None
-    correlation: Annotated[Values | None, SURFACE_AXES["correlation"]] = None
-    seed: Annotated[Values | None, SURFACE_AXES["seed"]] = None
+    mean: Annotated[Values | None, FRICTION_AXES["mean"]] = None
+    deviation: Annotated[Values | None, FRICTION_AXES["deviation"]] = None
+    correlation: Annotated[Values | None, FRICTION_AXES["correlation"]] = None
+    seed: Annotated[Values | None, FRICTION_AXES["seed"]] = None
+    wave: WaveSection | None = Field(
+        default=None, description="wavy heights; heights of several keys are added"
+    )
+    grooves: GroovesSection | None = Field(default=None, description="grooves in a plane")
+    rough: RoughSection | None = Field(default=None, description="random heights")
+    heights: str | None = Field(
+        default=None,
+        description="CSV file with the columns x (increasing) and height, both in units of L, "
+        "relative to the study file; the height is linear between the points",
+    )
+    lay: Annotated[Values | None, TEXTURE_AXES["lay"]] = None
+    tip_radius: Annotated[Values | None, TEXTURE_AXES["tip_radius"]] = None
 
     @model_validator(mode="after")
     def _is_one_kind(self) -> Self:
@@ -60,7 +107,11 @@ class SurfaceSection(Section):
         for key in KINDS[kind]:
             if key not in given:
                 mistakes.add(f"missing {key!r}: a surface with {kind!r} needs it")
-        for key in sorted(given - {kind, *KINDS[kind]}):
+        if not self.has_heights:
+            for key in sorted(given & {"lay", "tip_radius"}):
+                text = f"needs heights ({', '.join(HEIGHTS)}); add some, or remove it"
+                mistakes.add(text, key)
+        for key in sorted(given - {kind, *KINDS[kind], *HEIGHTS, "lay", "tip_radius"}):
             mistakes.add(f"is not a key of a surface with {kind!r}; remove it", key)
         for place, (before, after) in enumerate(pairwise(self.patches or ()), start=1):
             if not after[0] > before[0]:
@@ -72,8 +123,22 @@ class SurfaceSection(Section):
     @property
     def axes(self) -> dict[str, Values]:
         """Values of each axis in increasing order."""
-        keys = ("mu0", *SURFACE_AXES)
-        return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
+        keys = ("mu0", *FRICTION_AXES, "lay", "tip_radius")
+        found = {key: getattr(self, key) for key in keys}
+        for name in ("wave", "grooves", "rough"):
+            for key, values in getattr(self, name) or ():
+                found[f"{name}_{key}"] = values
+        return {key: values for key, values in found.items() if values is not None}
+
+    @property
+    def has_heights(self) -> bool:
+        """Whether the surface is uneven."""
+        return any(getattr(self, key) is not None for key in HEIGHTS)
+
+    @property
+    def files(self) -> list[str]:
+        """Files of friction and of heights, relative to the study file."""
+        return [name for name in (self.profile, self.heights) if name is not None]
 
     @property
     def count(self) -> int:
@@ -84,13 +149,15 @@ class SurfaceSection(Section):
         return number
 
     def misfits(self, folder: Path) -> Mistakes:
-        """Find what is wrong with the file of a profile; `folder` has the study file."""
+        """Find what is wrong with the files of friction and heights in the study's `folder`."""
         mistakes = Mistakes()
-        if self.profile is not None:
-            try:
-                read_profile(file_below(folder, self.profile))
-            except ValueError as error:
-                mistakes.add(str(error), "profile")
+        for key, read in (("profile", read_profile), ("heights", read_heights)):
+            name = getattr(self, key)
+            if name is not None:
+                try:
+                    read(file_below(folder, name))
+                except ValueError as error:
+                    mistakes.add(str(error), key)
         return mistakes
 
     def variants(self, name: str, folder: Path) -> list[Variant]:
@@ -98,9 +165,11 @@ class SurfaceSection(Section):
         same: dict[str, Any] = {"surface": name}
         if self.patches is not None:
             same["patches"] = [list(patch) for patch in self.patches]
-        if self.profile is not None:
-            path = folder / self.profile
-            same |= {"profile": path.as_posix(), "content": digest_of(path)}
+        for key, file in (("profile", self.profile), ("heights", self.heights)):
+            if file is not None:
+                same[key] = (folder / file).as_posix()
+        if self.files:
+            same["content"] = "-".join(digest_of(folder / file) for file in self.files)
         axes = self.axes
         return [same | dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
 
@@ -126,10 +195,10 @@ def digest_of(path: Path) -> str:
 
 
 class Profile(NamedTuple):
-    """Friction coefficients at increasing positions (L)."""
+    """Values at increasing positions (L): friction coefficients, or heights (L)."""
 
     x: list[float]
-    mu0: list[float]
+    values: list[float]
 
 
 def read_profile(path: Path) -> Profile:
@@ -140,14 +209,34 @@ def read_profile(path: Path) -> Profile:
     ValueError
         If the file cannot be used; the message has its line.
     """
-    found = Profile([], [])
-    for line, (x, mu0) in read_columns(path, ("x", "mu0")):
+
+    def check(line: int, mu0: float) -> None:
         if not mu0 > 0.0:
             raise ValueError(f"{path}:{line}: mu0 must be above 0, got {mu0:g}")
+
+    return _read_profile(path, "mu0", check)
+
+
+def read_heights(path: Path) -> Profile:
+    """Read heights from a CSV file with the columns ``x`` and ``height``.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be used; the message has its line.
+    """
+    return _read_profile(path, "height", lambda line, height: None)
+
+
+def _read_profile(path: Path, name: str, check: Callable[[int, float], None]) -> Profile:
+    """Read a column over increasing positions; `check` refuses a wrong value of a line."""
+    found = Profile([], [])
+    for line, (x, value) in read_columns(path, ("x", name)):
+        check(line, value)
         if found.x and not x > found.x[-1]:
             raise ValueError(f"{path}:{line}: x must increase; {x:g} is not above {found.x[-1]:g}")
         found.x.append(x)
-        found.mu0.append(mu0)
+        found.values.append(value)
     if len(found.x) < 2:
         raise ValueError(f"{path}: a profile needs two rows or more")
     return found

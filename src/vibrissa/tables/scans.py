@@ -13,16 +13,26 @@ from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection, Solver, TipMotion
 from vibrissa.scanning import surfaces as scanned
+from vibrissa.scanning import textures
 from vibrissa.scanning.cycles import as_far, move, stages
 from vibrissa.scanning.response import LOADS
 from vibrissa.scanning.simulation import Outcome, Scan, TipPhase, TipSide
 from vibrissa.scanning.surfaces import Surface
+from vibrissa.scanning.textures import Texture
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.vibration import state_frequencies
-from vibrissa.study.axes import AXES, LAW_AXES, MOUNTING_AXES, SURFACE_AXES, Values, sortable
+from vibrissa.study.axes import (
+    AXES,
+    FRICTION_AXES,
+    LAW_AXES,
+    MOUNTING_AXES,
+    SURFACE_AXES,
+    Values,
+    sortable,
+)
 from vibrissa.study.chunks import points_of, spell_powers
-from vibrissa.study.surfaces import Variant, read_profile
+from vibrissa.study.surfaces import Variant, read_heights, read_profile
 from vibrissa.tables.records import frequency_values, state_values, table_of
 from vibrissa.tables.rods import Rod, solve
 from vibrissa.tables.schemas import PERIODS, SCANS, SHAPE
@@ -61,7 +71,8 @@ def computed_scans(
         (curve,) = solve([rod], method=method, contact=contact, section=section, retract=True)
         for variant, surface in zip(surfaces, places, strict=True):
             for law in laws:
-                found = _moved(curve, surface, rod, law, to=to, cycles=cycles)
+                radius = variant.get("tip_radius", 0.0)
+                found = _moved(curve, surface, rod, law, to=to, cycles=cycles, tip_radius=radius)
                 point = {**rod, **variant, **law}
                 print(scan, spelled(point), found.status, found.message)
                 yield scan_tables(
@@ -83,11 +94,12 @@ def _moved(
     *,
     to: Sequence[float] | None,
     cycles: int | None,
+    tip_radius: float,
 ) -> Scan:
     """Compute a scan; without rows where it has no result, with the reason in its message."""
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
-    scan = partial(move, stages(curve), surface, rod["dx0"], **law)
+    scan = partial(move, stages(curve), surface, rod["dx0"], tip_radius=tip_radius, **law)
     try:
         return _kept(scan, rod["dx0"], to, cycles)
     except NoResponseError as error:
@@ -111,13 +123,40 @@ def _kept(
 
 def surface_of(variant: Variant) -> Surface:
     """Make the surface that a variant of a study file describes."""
+    friction, texture = _friction_of(variant), texture_of(variant)
+    return friction if texture is None else friction.with_texture(texture)
+
+
+def texture_of(variant: Variant) -> Texture | None:
+    """Make the heights of a surface, the sum of all that a variant describes; None without any."""
+    found = []
+    for name, make in (
+        ("wave", textures.wave),
+        ("grooves", textures.grooves),
+        ("rough", textures.rough),
+    ):
+        prefix = f"{name}_"
+        values = {
+            axis.removeprefix(prefix): variant[axis] for axis in variant if axis.startswith(prefix)
+        }
+        if values:
+            found.append(make(**values))
+    if "heights" in variant:
+        found.append(textures.measured(*read_heights(Path(variant["heights"]))))
+    if not found:
+        return None
+    return sum(found[1:], start=found[0]).with_lay(variant.get("lay", 0.0))
+
+
+def _friction_of(variant: Variant) -> Surface:
+    """Make a plane with the friction that a variant describes."""
     if "patches" in variant:
         starts, mu0 = zip(*variant["patches"], strict=True)
         return scanned.patches(starts, mu0)
     if "profile" in variant:
         return scanned.profile(*read_profile(Path(variant["profile"])))
     if "mean" in variant:
-        return scanned.random(**{axis: variant[axis] for axis in SURFACE_AXES})
+        return scanned.random(**{axis: variant[axis] for axis in FRICTION_AXES})
     return scanned.constant(variant["mu0"])
 
 
@@ -187,6 +226,9 @@ def _steps(scan: Scan, rod: Mapping[str, Any], shapes: bool, frequencies: int) -
         "x0": state.x0,
         "x1": scan.contact,
         "mu0_tip": scan.mu0,
+        "height": scan.lift,
+        "inclination": scan.inclination,
+        "apparent_friction": scan.apparent_friction,
         **state_values(state),
         # As commands and notebooks report them; the state has them to rounding.
         **dict(zip(LOADS, scan.reactions.T, strict=True)),
@@ -234,7 +276,9 @@ def _periods(scan: Scan) -> dict[str, Any]:
         "x1_rest": periods.contact_rest,
         "slip_length": periods.slip_length,
         "mu0_tip": periods.mu0,
-        "mobilised": periods.mobilised,
+        "height": periods.lift,
+        "inclination": periods.inclination,
+        "apparent_friction": periods.apparent_friction,
         "x0_onset": periods.x0_onset,
         "x0_rest": periods.x0_rest,
         **loads,

@@ -139,6 +139,11 @@ class Goodness:
         return float(fdtrc(self.degrees, self.noise_degrees, self.ratio))
 
     @property
+    def only_uneven(self) -> bool:
+        """Whether the recording fits but for the heights of the surface."""
+        return self.uneven and self.chance >= LEVEL
+
+    @property
     def fits(self) -> bool:
         """Whether the recording fits the given set-up."""
         return self.chance >= LEVEL and not self.uneven

@@ -20,6 +20,7 @@ from vibrissa.sensor.identification.mixing import check_columns, table_of_states
 from vibrissa.sensor.identification.model import read_model, unfitted
 from vibrissa.sensor.identification.parameters import REFUTE_RATIO
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
+from vibrissa.sensor.identification.profile import profile_of
 from vibrissa.sensor.identification.ratio import read_ratio
 from vibrissa.sensor.identification.recording import (
     FEWEST_SAMPLES,
@@ -60,6 +61,7 @@ def identify(
     method: Method | str | None = None,
     slip_time: str | None = None,
     delay: str | None = None,
+    profile: bool = False,
 ) -> Identification:
     """Find the periods of sticking in a recording, and the friction of each.
 
@@ -81,6 +83,8 @@ def identify(
     delay : str, optional
         Delay of a low-pass filter, which shows a slip at once but not in full: ``"4 ms"``. Not a
         dead time: shift the readings by that first.
+    profile : bool
+        Whether to locate the contact point of each sample, too; it needs the rod and all channels.
 
     Returns
     -------
@@ -123,11 +127,17 @@ def identify(
     # A recording in SI units cannot be compared with a rod whose size is not known.
     rod = whisker if whisker is not None and whisker.units == units else None
     task = task_of(given, setup, rod, sensor, units)
+    if profile and rod is None:
+        raise ArgumentError(
+            "the profile needs the rod: give theta and eta, and its size in SI units"
+        )
+    located = profile_of(task, rod) if profile and rod is not None else None
     found = _read(task).noted(UNCHECKED) if rod is None else _read_both(task, rod, method)
     if rod is not None:
         found = found.noted(*_too_fast(found.periods, given.interval, rod, setup.in_si("density")))
     # The slope of the surface changes the friction by both methods alike.
-    return replace(found, periods=found.periods.on_slope(found.slope))
+    found = replace(found, periods=found.periods.on_slope(found.slope))
+    return replace(found, profile=located)
 
 
 def _too_fast(periods: Periods, interval: float, rod: Whisker, density: float | None) -> list[str]:

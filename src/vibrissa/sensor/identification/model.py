@@ -80,6 +80,8 @@ def unfitted(found: Identification, settled: bool = True) -> Check:
         why = "the recording is too far from the given set-up to be fitted"
     elif found.fits:
         why = "a stated value is off by far more than its tolerance"
+    elif found.goodness is not None and found.goodness.only_uneven:
+        why = "the surface is uneven: mu0 is the apparent friction, with the slopes in it"
     else:
         why = "the recording does not fit the set-up"
     # The summary has this sentence, too, with candidates or the size of the misfit.

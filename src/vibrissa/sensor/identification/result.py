@@ -15,6 +15,7 @@ from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Units
 from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
+from vibrissa.sensor.identification.profile import ContactProfile
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
 from vibrissa.sensor.identification.uncertainty import common_deviation
@@ -95,6 +96,8 @@ class Identification(Tabular):
         estimate is far from its given value.
     beside : Beside or None
         Comparison of the two methods; None if only one was used.
+    profile : ContactProfile or None
+        Contact point of each sample; None unless it was asked for.
     """
 
     periods: Periods
@@ -106,6 +109,7 @@ class Identification(Tabular):
     goodness: Goodness | None = None
     causes: tuple[Cause, ...] = ()
     beside: Beside | None = None
+    profile: ContactProfile | None = None
 
     def summary(self) -> FrictionSummary:
         """Mean of μ0, its uncertainty, and the tolerances that cause most of it, as a few lines."""
