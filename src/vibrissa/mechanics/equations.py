@@ -217,17 +217,20 @@ def derivatives(states: RodStates) -> Derivatives:
     arc_growth, compliance_growth = density_growth(
         rule.nodes, states.theta[:, None], states.s_c[:, None]
     )
-    # Derivatives of dm/dτ (load); their integrals give those of dφ/dτ (bend) and of m(0).
-    load_change = np.zeros((len(states), nodes, nodes + 3))
-    diagonal = np.arange(nodes)
-    load_change[:, diagonal, diagonal] = load_slope
-    load_change[:, :, nodes:] = np.stack([sin, -cos, arc_growth * load], axis=-1)
-    bend_change = rule.to_end @ load_change
+    # Derivatives of dφ/dτ (bend) and of m(0). A slope changes dm/dτ at its own node alone, so that
+    # its column of the integral is only scaled.
+    by_scalars = np.stack([sin, -cos, arc_growth * load], axis=-1)
+    bend_change = np.empty((len(states), nodes, nodes + 3))
+    np.multiply(rule.to_end, load_slope[:, None, :], out=bend_change[:, :, :nodes])
+    bend_change[:, :, nodes:] = rule.to_end @ by_scalars
     bend_change[:, :, nodes + 2] += compliance_growth * (load @ rule.to_end.T)
     bend_change *= -compliance[:, :, None]
-    moment_change = -(rule.weights @ load_change)
+    moment_change = np.empty((len(states), nodes + 3))
+    moment_change[:, :nodes] = -rule.weights * load_slope
+    moment_change[:, nodes:] = -(rule.weights @ by_scalars)
     unbent = states.clamp_compliance[:, None] * moment_change
     slope = -(rule.from_start @ bend_change) - unbent[:, None]
+    diagonal = np.arange(nodes)
     slope[:, diagonal, diagonal] += 1.0
     slope[:, :, nodes + 2] -= _natural_growth(states, rule.nodes)
     height, offset = np.zeros((2, *states.unknowns.shape))

@@ -252,7 +252,7 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
     some, low = branches.take(knots.branch[last]), knots.take(last - 1)
     share = excess[last - 1] / (excess[last - 1] - excess[last])
     steep = some.prescribing({FX: 1.0 / most, FY: 1.0})
-    states, found = solve(between(low, knots.take(last), share), steep)
+    states, found, _ = solve(between(low, knots.take(last), share), steep)
     return replace(knots, states=knots.states.with_rows(last[found], states.take(found)))
 
 
