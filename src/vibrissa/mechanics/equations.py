@@ -171,8 +171,8 @@ def residuals(states: RodStates, closing: ClosingCondition) -> FloatArray:
     values[:, :nodes] -= states.natural_slope(rule.nodes)
     values[:, :nodes] -= (states.clamp_compliance * end.moment)[:, None]
     values[:, nodes] = end.height - closing.tilt * end.offset - closing.height
-    prescribed = np.stack([end.offset, states.fx, states.fy, states.s_c, end.phi1], axis=1)
-    values[:, nodes + 1] = np.vecdot(closing.weights, prescribed) - closing.value
+    prescribed = np.array([end.offset, states.fx, states.fy, states.s_c, end.phi1])
+    values[:, nodes + 1] = np.vecdot(closing.weights, prescribed.T) - closing.value
     values[:, nodes + 2] = np.where(states.line, end.phi1, states.s_c - 1.0)
     return values
 
@@ -219,7 +219,8 @@ def derivatives(states: RodStates) -> Derivatives:
     )
     # Derivatives of dφ/dτ (bend) and of m(0). A slope changes dm/dτ at its own node alone, so that
     # its column of the integral is only scaled.
-    by_scalars = np.stack([sin, -cos, arc_growth * load], axis=-1)
+    by_scalars = np.empty((len(states), nodes, 3))
+    by_scalars[..., 0], by_scalars[..., 1], by_scalars[..., 2] = sin, -cos, arc_growth * load
     bend_change = np.empty((len(states), nodes, nodes + 3))
     np.multiply(rule.to_end, load_slope[:, None, :], out=bend_change[:, :, :nodes])
     bend_change[:, :, nodes:] = rule.to_end @ by_scalars

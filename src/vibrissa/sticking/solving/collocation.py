@@ -7,6 +7,7 @@ Paths are followed on few nodes (`following`), cut into smooth parts (`cutting`)
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -156,6 +157,31 @@ def _solved(
     ]
 
 
+class _ResolvedPath(NamedTuple):
+    """A path of one rod, as far as it was resolved.
+
+    Attributes
+    ----------
+    found : Finished
+        Its resolved parts, in the order of x0.
+    whole : bool
+        Whether none of its parts has failed.
+    turned : bool
+        Whether it was followed to a kink at which x0 turns back.
+    """
+
+    found: Finished
+    whole: bool
+    turned: bool
+
+
+class _Paths(NamedTuple):
+    """Paths of one rod: the clamp pushes the tip, or is pulled back; None if not followed."""
+
+    pushed: _ResolvedPath
+    retracted: _ResolvedPath | None
+
+
 def _curves(
     branches: Branches,
     states: RodStates,
@@ -166,33 +192,56 @@ def _curves(
     retract: bool,
 ) -> list[StickingCurve]:
     """Make the curves of branches: follow each path from its first state, and resolve the path."""
-    count, round_rods, ideal = len(states), section is RodSection.ROUND, mountings[0].is_ideal
-    both, most = retract or (ideal and round_rods), np.inf if retract else MOST_RETRACTED
-    which = np.tile(np.arange(count), 2 if both else 1)
-    branches, states = branches.take(which), states.take(which)
-    side = np.where(np.arange(len(which)) < count, 1.0, -1.0)
-    ended = _ended(side, section, ideal, most)
-    followed = follow(branches, states, side, model, ended, closeness.longest)
-    followed = followed._replace(knots=_up_to_steep(branches, followed, side, most))
-    paths, whole = _resolved(branches, followed, side, model, round_rods=round_rods, ideal=ideal)
-    uncut, rows = [], [row for row in range(count) if len(paths[row])]
+    ideal = mountings[0].is_ideal
+    paths = _paths(branches, states, model, section, closeness, retract=retract, ideal=ideal)
+    rows = [row for row, path in enumerate(paths) if len(path.pushed.found)]
+    uncut = []
     for row in rows:
+        pushed, retracted = paths[row]
+        retraction = NOTHING
         # A retraction on request may be resolved in part only.
-        known = both and (retract or whole[count + row])
-        curve = _uncut(branches, row, paths[row], paths[count + row] if known else NOTHING)
-        turned = bool(followed.turned[row] and whole[row])
+        if retracted is not None and (retract or retracted.whole):
+            retraction = retracted.found
+        curve = _uncut(branches, row, pushed.found, retraction)
+        turned = pushed.turned and pushed.whole
         end, message = (End.SNAPS, "") if turned else (End.NOT_FOLLOWED, NO_END)
         curve = replace(curve, section=section, mounting=mountings[row])
         uncut.append(replace(curve, end=end, end_message=message))
-    assembled = assembled_curves(uncut, [paths[row].limits for row in rows]) if rows else []
+    limits = [paths[row].pushed.found.limits for row in rows]
+    assembled = assembled_curves(uncut, limits) if rows else []
     curves = dict(zip(rows, assembled, strict=True))
-    for row in range(count):
+    for row in range(len(states)):
         theta, eta = float(branches.rods[row, 0]), float(branches.eta[row])
         if row not in curves:
             curves[row] = failed_curve(theta, eta, NOT_RESOLVED)
         elif model is Contact.LINE and not _is_possible(curves[row]):
             curves[row] = failed_curve(theta, eta, NO_SWITCH)
-    return [curves[row] for row in range(count)]
+    return [curves[row] for row in range(len(states))]
+
+
+def _paths(
+    branches: Branches,
+    states: RodStates,
+    model: Contact,
+    section: RodSection,
+    closeness: Closeness,
+    *,
+    retract: bool,
+    ideal: bool,
+) -> list[_Paths]:
+    """Follow and resolve the paths of rods; those in retraction are solved with the others."""
+    count, round_rods = len(states), section is RodSection.ROUND
+    side = np.ones(count)
+    if retract or (ideal and round_rods):
+        branches, states = Branches.concatenate([branches] * 2), RodStates.concatenate([states] * 2)
+        side = np.append(side, -side)
+    most = np.inf if retract else MOST_RETRACTED
+    ended = _ended(side, section, ideal, most)
+    followed = follow(branches, states, side, model, ended, closeness.longest)
+    followed = followed._replace(knots=_up_to_steep(branches, followed, side, most))
+    resolved = _resolved(branches, followed, side, model, round_rods=round_rods, ideal=ideal)
+    pushed, retracted = resolved[:count], resolved[count:] or [None] * count
+    return [_Paths(*both) for both in zip(pushed, retracted, strict=True)]
 
 
 def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished) -> StickingCurve:
@@ -264,11 +313,8 @@ def _resolved(
     *,
     round_rods: bool,
     ideal: bool,
-) -> tuple[list[Finished], BoolArray]:
-    """Resolve the parts of each path, in the order of x0, up to a failure.
-
-    Returns the resolved parts of each path, and whether none has failed.
-    """
+) -> list[_ResolvedPath]:
+    """Resolve the parts of each path, in the order of x0, up to a failure."""
     knots, parts = followed.knots, cut(branches, followed, side)
     if round_rods and ideal:
         # In point contact the rod buckles where the offset is zero: later states are not needed.
@@ -295,8 +341,14 @@ def _resolved(
     for branch in range(len(side)):
         rows = np.flatnonzero(counts[found.knot] & (knots.branch[found.knot] == branch))
         rows = rows[np.argsort(found.pieces.first_x0[rows])]
-        paths.append(found.take(rows))
-    return paths, whole
+        paths.append(
+            _ResolvedPath(
+                found=found.take(rows),
+                whole=bool(whole[branch]),
+                turned=bool(followed.turned[branch]),
+            )
+        )
+    return paths
 
 
 def _is_possible(curve: StickingCurve) -> bool:

@@ -1,13 +1,13 @@
-"""Finishing of resolved parts: margins of stability, lateral buckling, inadmissible shapes."""
+"""Finishing of resolved parts: states of pieces, lateral buckling, inadmissible shapes."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from vibrissa.mechanics.admissibility import LIMITS, TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
-from vibrissa.mechanics.stability import stability
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import (
@@ -19,8 +19,8 @@ from vibrissa.numerics.spectral import (
 )
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.assembly import ShapeLimits
-from vibrissa.sticking.piece import NO_PIECES, STATES, Pieces, StickingState, rounded_contact
-from vibrissa.sticking.shapes import ShapesAlongPiece
+from vibrissa.sticking.piece import NO_PIECES, SAMPLES, STATES, PathState, Pieces, rounded_contact
+from vibrissa.sticking.shapes import ShapesAlongPiece, SolvedParts
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.refinement import PathStates, Resolved
 
@@ -34,8 +34,6 @@ CLOSE, ZOOM = 0.1, 17
 STATES_LOOKED_AT = 17
 # Slope of a tip (rad) above which no rod arches over the surface.
 NEARLY_LEVEL = 0.01
-# Share of the nodes on which the margins of stability are computed, and the fewest nodes.
-STABILITY_NODES, FEWEST_STABILITY_NODES = 0.45, 14
 # Intervals, as fractions of a part, over which the margin is taken as linear to find its zero.
 BUCKLING_WIDTHS = (1e-4, 1e-7)
 
@@ -49,7 +47,7 @@ class Finished(Batch):
     knot : ndarray of int, shape (n,)
         Index of the knot at which the part begins, which is the same for all its pieces.
     pieces : Pieces
-        States, with their margins of stability.
+        States and shapes.
     limits : ShapeLimits
         Where a curve may end on each piece because of the rod's shape.
     residual : ndarray, shape (n,)
@@ -79,7 +77,7 @@ def finished(
     round_rods: bool,
     ideal: bool,
 ) -> Finished:
-    """Make pieces of resolved parts: add margins of stability and limits of admissible shapes.
+    """Make pieces of resolved parts, with the limits of admissible shapes.
 
     With the `model` POINT, an arch that rises through the surface is located, too. `side` is
     explained in `follow`. `ideal` tells whether all mountings are ideal; lateral buckling of round
@@ -130,14 +128,13 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
     way, x1_init, cos = (
         values[parts.branch, None] for values in (side, branches.x1_init, branches.cos)
     )
-    states = StickingState(
+    states = PathState(
         x0=np.where(parts.by_x0[:, None], way * at, (x1_init - offset) / cos),
         reaction_fx=fx,
         reaction_fy=fy,
         reaction_m=moment,
         phi1=phi1,
         s_c=rounded_contact(s_c),
-        **_margins(found.path, places, round_rods),
     )
     stop = parts.start + parts.length
     return Pieces(
@@ -146,19 +143,21 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
         start=parts.start,
         stop=stop,
         states=states,
-        shapes=_shapes(found.path, side),
+        shapes=_shapes(found.path, side, round_rods),
     )
 
 
-def _shapes(path: PathStates, side: FloatArray) -> ObjectArray:
+def _shapes(path: PathStates, side: FloatArray, round_rods: bool) -> ObjectArray:
     """Shapes along each part; the parameter of a retracted part changes its sign."""
     parts = path.parts
+    solved = SolvedParts(
+        rods=parts.rods, unknowns=path.unknowns, line=parts.line, round_rods=round_rods
+    )
     shapes = np.empty(len(parts), dtype=object)
     for row, sign in enumerate(side[parts.branch]):
         shapes[row] = ShapesAlongPiece(
-            rod=parts.rods[row],
-            unknowns=path.unknowns[row].copy(),
-            line=bool(parts.line[row]),
+            parts=solved,
+            row=row,
             first=float(sign * parts.start[row]),
             last=float(sign * (parts.start[row] + parts.length[row])),
         )
@@ -178,32 +177,27 @@ def _level(phi1: FloatArray) -> FloatArray:
     return np.union1d(chebyshev_roots(series), extremes)
 
 
-def _margins(path: PathStates, places: FloatArray, round_rods: bool) -> dict[str, FloatArray]:
-    """Margins of stability at fractions of parts, interpolated from half of the states."""
-    count = (path.count + 1) // 2
-    states = path.at(chebyshev_nodes(count)).states
-    few = states.on_nodes(max(round(STABILITY_NODES * states.nodes), FEWEST_STABILITY_NODES))
-    aside = stability_aside(few) if round_rods else np.full(len(few), np.nan)
-    margins, to_places = (
-        {"stability": stability(few), "stability_aside": aside},
-        interpolation(count, places),
-    )
-    return {name: values.reshape(-1, count) @ to_places.T for name, values in margins.items()}
-
-
 def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
     """Parameter values at which rods buckle laterally; NaN if nowhere."""
-    sampled, length = -pieces.samples.stability_aside, pieces.stop - pieces.start
-    rows, none = np.arange(len(pieces)), np.zeros(len(pieces))
-    at = pieces.first(rows, sampled, none, {"stability_aside": 1.0})
-    for row in np.flatnonzero(np.isfinite(at) & (sampled[:, 0] < 0.0)):
-        alone = path.take(np.array([row]))
-        for width in BUCKLING_WIDTHS:
-            places = at[row] + width * length[row] * np.array([-1.0, 1.0])
-            shares = (places - pieces.start[row]) / length[row]
-            before, after = stability_aside(alone.at(shares).states)
-            at[row] = places[0] + before / (before - after) * (places[1] - places[0])
-    return at
+    found = np.full(len(pieces), np.nan)
+    shares = np.linspace(0.0, 1.0, SAMPLES)
+    for row, along in enumerate(pieces.shapes):
+        sampled = chebyshev.chebval(2.0 * shares - 1.0, along.margins[1])
+        buckled = sampled <= 0.0
+        after = int(buckled.argmax())
+        if not buckled.any():
+            continue
+        share = shares[after]
+        if after:
+            before = sampled[after - 1]
+            share -= sampled[after] / (sampled[after] - before) * (share - shares[after - 1])
+            alone = path.take(np.array([row]))
+            for width in BUCKLING_WIDTHS:
+                sides = share + width * np.array([-1.0, 1.0])
+                low, high = stability_aside(alone.at(sides).states)
+                share = sides[0] + low / (low - high) * (sides[1] - sides[0])
+        found[row] = pieces.start[row] + share * (pieces.stop[row] - pieces.start[row])
+    return found
 
 
 def _looked_at(found: Resolved, at: FloatArray) -> Clearance:
