@@ -212,7 +212,10 @@ class _Shapes(Batch):
         values, integrals = legendre_series(self.slope.shape[1], np.minimum(tau, 1.0))
 
         def summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
-            return np.asarray(basis[..., : coefficients.shape[1]] @ coefficients[..., None])[..., 0]
+            basis = basis[..., : coefficients.shape[1]]
+            if len(basis) == 1:  # the same places on all rods: one matrix product
+                return np.asarray(coefficients @ basis[0].T)
+            return np.matvec(basis, coefficients)
 
         places = _Places(
             phi=summed(values, self.slope),

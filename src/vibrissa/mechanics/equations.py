@@ -37,6 +37,7 @@ from vibrissa.mechanics.mounting import polynomial, tail
 from vibrissa.mechanics.shape import Shape
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_length_growth, bending_coordinate, density_growth
+from vibrissa.numerics.angles import direction
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch, slices
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
@@ -91,29 +92,41 @@ class ClosingCondition(Batch):
 
 
 class _Integrands(NamedTuple):
-    """Functions to be integrated over τ: their values at the nodes, shape (n, nodes) each."""
+    """Functions to be integrated over τ: their values at the nodes, shape (n, nodes) each.
+
+    Attributes
+    ----------
+    height, reach : ndarray
+        Growth of y and of x.
+    fall : ndarray
+        Fall −m' of the moment, with m' = fx·sin φ − fy·cos φ = f·cos(φ − α).
+    bend : ndarray
+        Bent part m/B of the growth of the slope.
+    """
 
     height: FloatArray
     reach: FloatArray
-    gradient: FloatArray
+    fall: FloatArray
     bend: FloatArray
 
 
 def _integrands(states: RodStates) -> _Integrands:
-    """Evaluate the integrands of height, reach, moment and slope.
-
-    The moment gradient is m' = fx·sin φ − fy·cos φ = f·cos(φ − α).
-    """
+    """Evaluate the integrands of height, reach, moment and slope."""
     rule = gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
-    sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
-    gradient = states.fx[:, None] * sin - states.fy[:, None] * cos
-    return _Integrands(sin, cos, gradient, -compliance * (gradient @ rule.to_end.T))
+    height, reach = direction(states.phi)
+    height *= density
+    reach *= density
+    fall = states.fy[:, None] * reach
+    fall -= states.fx[:, None] * height
+    bend = fall @ rule.to_end.T
+    bend *= compliance
+    return _Integrands(height=height, reach=reach, fall=fall, bend=bend)
 
 
 def bending_moment(states: RodStates) -> FloatArray:
     """Bending moment m(s) = −∫ m' ds from s to the contact point, at the nodes (E·I0/L)."""
-    return -(_integrands(states).gradient @ gauss_rule(states.nodes).to_end.T)
+    return np.asarray(_integrands(states).fall @ gauss_rule(states.nodes).to_end.T)
 
 
 class Ends(NamedTuple):
@@ -144,8 +157,8 @@ def ends(states: RodStates) -> Ends:
 
 def _ends(states: RodStates, integrands: _Integrands) -> Ends:
     weights = gauss_rule(states.nodes).weights
-    height, reach, gradient, bend = integrands
-    moment = -(gradient @ weights)
+    height, reach, fall, bend = integrands
+    moment = fall @ weights
     return Ends(
         offset=reach @ weights + 1.0 - states.s_c,
         height=height @ weights,
@@ -168,8 +181,8 @@ def residuals(states: RodStates, closing: ClosingCondition) -> FloatArray:
     end = _ends(states, integrands)
     values = np.empty_like(states.unknowns)
     np.subtract(states.phi, integrands.bend @ rule.from_start.T, out=values[:, :nodes])
-    values[:, :nodes] -= states.natural_slope(rule.nodes)
-    values[:, :nodes] -= (states.clamp_compliance * end.moment)[:, None]
+    turn = states.clamp_compliance * end.moment
+    values[:, :nodes] -= states.natural_slope(rule.nodes) + turn[:, None]
     values[:, nodes] = end.height - closing.tilt * end.offset - closing.height
     prescribed = np.array([end.offset, states.fx, states.fy, states.s_c, end.phi1])
     values[:, nodes + 1] = np.vecdot(closing.weights, prescribed.T) - closing.value
@@ -211,7 +224,9 @@ def derivatives(states: RodStates) -> Derivatives:
     """Compute the derivatives from which `jacobian` is composed."""
     nodes, rule = states.nodes, gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
-    sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
+    sin, cos = direction(states.phi)
+    sin *= density
+    cos *= density
     fx, fy = states.fx[:, None], states.fy[:, None]
     load, load_slope = fx * sin - fy * cos, fx * cos + fy * sin
     arc_growth, compliance_growth = density_growth(

@@ -99,11 +99,11 @@ def _iterated(
         every = slice(None) if whole else active
         some = (states, closing) if whole else (states.take(active), closing.take(active))
         change = _correction(*some, inverse[every])
-        unknowns[active] -= change
+        unknowns[every] -= change
         states = guess.with_unknowns(unknowns)
-        size = _size(unknowns[active], change)
-        shrunk = size / previous[active]
-        previous[active] = size
+        size = _size(unknowns[every], change)
+        shrunk = size / previous[every]
+        previous[every] = size
         # Near rounding error, corrections do not shrink any more.
         done = (size < tolerance) | ((size < ROUNDING) & (shrunk > 0.5))
         converged[active[done]] = True
@@ -158,7 +158,10 @@ def coarse_inverse(states: RodStates, closing: ClosingCondition) -> FloatArray:
         Inverse Jacobians on k nodes, where `coarse_nodes` chooses k; NaN where singular.
     """
     few = states.on_nodes(coarse_nodes(states.nodes))
-    return _inverted(jacobian(few, closing))
+    inverse = np.empty((len(few), few.nodes + SCALARS, few.nodes + SCALARS))
+    for part in slices(len(few), STATES_AT_ONCE):
+        inverse[part] = _inverted(jacobian(few.take(part), closing.take(part)))
+    return inverse
 
 
 def _inverted(matrices: FloatArray) -> FloatArray:

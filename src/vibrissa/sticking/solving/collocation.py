@@ -240,8 +240,10 @@ def _paths(
     followed = follow(branches, states, side, model, ended, closeness.longest)
     followed = followed._replace(knots=_up_to_steep(branches, followed, side, most))
     resolved = _resolved(branches, followed, side, model, round_rods=round_rods, ideal=ideal)
-    pushed, retracted = resolved[:count], resolved[count:] or [None] * count
-    return [_Paths(*both) for both in zip(pushed, retracted, strict=True)]
+    pushed, retracted = resolved[:count], resolved[count:]
+    if not retracted:
+        return [_Paths(pushed=path, retracted=None) for path in pushed]
+    return [_Paths(pushed=a, retracted=b) for a, b in zip(pushed, retracted, strict=True)]
 
 
 def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished) -> StickingCurve:

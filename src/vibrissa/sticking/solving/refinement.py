@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 
 from vibrissa.mechanics.equations import coefficient_decay, ends, largest_residual
-from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.newton import coarse_inverse, solve
 from vibrissa.mechanics.states import SCALARS, RodStates, transfer
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
@@ -85,16 +85,19 @@ class PathStates(Batch):
         guess = self.at(position)
         if self.inverse is None:
             return guess
-        matrices = self.inverse.reshape(len(self), self.count, -1)
-        inverse = interpolation(self.count, position) @ matrices
-        shape = (len(self), len(position), *self.inverse.shape[2:])
-        return replace(guess, inverse=inverse.reshape(shape))
+        return replace(guess, inverse=_interpolated(self.inverse, position))
+
+    def _inverses(self) -> FloatArray:
+        """Inverse Jacobians of the states, interpolated from those of every second state."""
+        few = chebyshev_nodes((self.count + 1) // 2)
+        found = coarse_inverse(self.at(few).states, self.parts.closing_at(few))
+        found = found.reshape(len(self), len(few), *found.shape[1:])
+        return _interpolated(found, chebyshev_nodes(self.count))
 
     def solved(self) -> Self:
         """Solve the states, which are at the Chebyshev points; NaN if the iteration diverges."""
-        inverse = self.inverse
-        if inverse is not None:
-            inverse = inverse.reshape(-1, *inverse.shape[2:])
+        inverse = self._inverses() if self.inverse is None else self.inverse
+        inverse = inverse.reshape(-1, *inverse.shape[2:])
         closing = self.parts.closing_at(chebyshev_nodes(self.count))
         solution = solve(self.states, closing, inverse=inverse)
         matrices = solution.inverse
@@ -175,6 +178,13 @@ def resolve(guess: PathStates) -> Iterator[Resolved]:
                 tasks.append((some.guess_at(chebyshev_nodes(int(more))), halvings))
             elif halvings:
                 tasks += ((half, halvings - 1) for half in _halves(some))
+
+
+def _interpolated(matrices: FloatArray, position: FloatArray) -> FloatArray:
+    """Interpolate matrices along parts, shape (n, states, k, k), to fractions of the parts."""
+    number, states, *shape = matrices.shape
+    rows = interpolation(states, position) @ matrices.reshape(number, states, -1)
+    return rows.reshape(number, len(position), *shape)
 
 
 def _halves(path: PathStates) -> Iterator[PathStates]:
