@@ -23,10 +23,10 @@ from vibrissa.numerics.spectral import (
 )
 
 # Number of Chebyshev points at which each piece has states: the largest number that is solved.
-STATES = 49
+STATES_PER_PIECE = 49
 # Number of samples of each piece; they bracket crossings, which are then located exactly.
 SAMPLES = 257
-POLYNOMIALS = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES - 1)
+POLYNOMIALS = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES_PER_PIECE - 1)
 # Rounding error where the kind of contact changes: how much s_c may exceed 1 (L) in line contact,
 # or φ1 be negative (rad) in point contact.
 CONTACT_SLACK = 1e-9
@@ -105,7 +105,7 @@ class Pieces(Batch):
         `vibrissa.mechanics.equations`).
     start, stop : ndarray, shape (pieces,)
         First and last value of each parameter (in L if it is x0).
-    states : PathState, columns of shape (pieces, STATES)
+    states : PathState, columns of shape (pieces, STATES_PER_PIECE)
         States at the Chebyshev points between `start` and `stop`. A piece is directed towards
         larger x0.
     shapes : ndarray of ShapesAlongPiece, shape (pieces,)
@@ -133,10 +133,13 @@ class Pieces(Batch):
     def _coefficients(self) -> tuple[FloatArray, ...]:
         """Chebyshev coefficients of the columns and of their first and second derivatives.
 
-        Each array has the shape (pieces, columns, STATES).
+        Each array has the shape (pieces, columns, STATES_PER_PIECE).
         """
-        derivative, scale = chebyshev_derivative(STATES).T, 2.0 / (self.stop - self.start)
-        value = np.stack([*self.states.columns.values()], axis=1) @ chebyshev_transform(STATES).T
+        derivative, scale = chebyshev_derivative(STATES_PER_PIECE).T, 2.0 / (self.stop - self.start)
+        value = (
+            np.stack([*self.states.columns.values()], axis=1)
+            @ chebyshev_transform(STATES_PER_PIECE).T
+        )
         slope = value @ derivative * scale[:, None, None]
         return value, slope, slope @ derivative * scale[:, None, None]
 
@@ -170,8 +173,8 @@ class Pieces(Batch):
 
     @cached_property
     def _margins(self) -> FloatArray:
-        """Chebyshev coefficients of both margins along the parts, (pieces, 2, STATES)."""
-        margins = np.zeros((len(self), 2, STATES))
+        """Chebyshev coefficients of both margins along the parts, (pieces, 2, STATES_PER_PIECE)."""
+        margins = np.zeros((len(self), 2, STATES_PER_PIECE))
         for row, along in enumerate(self.shapes):
             if along is None:
                 margins[row] = np.nan
@@ -232,8 +235,8 @@ class Pieces(Batch):
 
     def part(self, start: FloatArray, stop: FloatArray) -> Self:
         """Cut each piece to the part between two values of its parameter."""
-        places = start[:, None] + (stop - start)[:, None] * chebyshev_nodes(STATES)
-        states = self.at(np.repeat(np.arange(len(self)), STATES), places.ravel())
+        places = start[:, None] + (stop - start)[:, None] * chebyshev_nodes(STATES_PER_PIECE)
+        states = self.at(np.repeat(np.arange(len(self)), STATES_PER_PIECE), places.ravel())
         states = states.each(lambda values: values.reshape(places.shape))
         return replace(self, start=start, stop=stop, states=states)
 
@@ -341,6 +344,6 @@ NO_PIECES = Pieces(
     by_x0=np.empty(0, dtype=bool),
     start=np.empty(0),
     stop=np.empty(0),
-    states=PathState.unknown((0, STATES)),
+    states=PathState.unknown((0, STATES_PER_PIECE)),
     shapes=np.empty(0, dtype=object),
 )

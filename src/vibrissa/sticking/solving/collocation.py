@@ -18,8 +18,8 @@ from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
-from vibrissa.sticking.assembly import assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
+from vibrissa.sticking.locks import assembled_curves
 from vibrissa.sticking.piece import CONTACT_SLACK, NO_PIECES, Pieces
 from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.branches import Branches

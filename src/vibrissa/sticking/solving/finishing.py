@@ -18,8 +18,15 @@ from vibrissa.numerics.spectral import (
     interpolation,
 )
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.assembly import ShapeLimits
-from vibrissa.sticking.piece import NO_PIECES, SAMPLES, STATES, PathState, Pieces, rounded_contact
+from vibrissa.sticking.locks import ShapeLimits
+from vibrissa.sticking.piece import (
+    NO_PIECES,
+    SAMPLES,
+    STATES_PER_PIECE,
+    PathState,
+    Pieces,
+    rounded_contact,
+)
 from vibrissa.sticking.shapes import ShapesAlongPiece, SolvedParts
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.refinement import PathStates, Resolved
@@ -120,7 +127,7 @@ def finished(
 
 def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: bool) -> Pieces:
     """Pieces with the states of parts, in the direction in which the parts were followed."""
-    parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES)
+    parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES_PER_PIECE)
     to_states = interpolation(count, places)
     to_states[[0, -1]] = np.eye(count)[[0, -1]]
     offset, fx, fy, moment, phi1, s_c = np.moveaxis(to_states @ found.loads, -1, 0)

@@ -19,9 +19,9 @@ from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, gauss_rule
 from vibrissa.outcomes import Contact, RodSection, Solver, Status
-from vibrissa.sticking.assembly import ShapeLimits, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
-from vibrissa.sticking.piece import STATES, PathState, Pieces
+from vibrissa.sticking.locks import ShapeLimits, assembled_curves
+from vibrissa.sticking.piece import STATES_PER_PIECE, PathState, Pieces
 
 METHOD = Solver.SHOOTING
 # Largest step between states that are interpolated, in units of x1_init; a larger Δx0 is divided
@@ -278,7 +278,7 @@ def _smooth_piece(known: PathState) -> Pieces:
         by_x0=np.array([True]),
         start=np.zeros(1),
         stop=stop,
-        states=PathState.from_matrix(spline(stop * chebyshev_nodes(STATES))[None]),
+        states=PathState.from_matrix(spline(stop * chebyshev_nodes(STATES_PER_PIECE))[None]),
         shapes=np.full(1, None),
     )
 
