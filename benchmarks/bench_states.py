@@ -7,7 +7,6 @@ states it finds in a round and how far their forces are from converged ones.
 import os
 import shutil
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,6 @@ from scipy.integrate import solve_bvp
 from vibrissa import solve_state
 from vibrissa.mechanics.equations import largest_residual
 from vibrissa.mechanics.mounting import IDEAL, rod_columns
-from vibrissa.mechanics.newton import solve
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.solving import shooting
@@ -94,12 +92,7 @@ def test_states_on_random_curves(benchmark):
         guess = guessed(parts, branches, followed.knots, FEW)
         path = PathStates(parts=parts, unknowns=guess).on_nodes(NODES)
         for count in (FEW, ENOUGH):
-            path, closing = (
-                path.at(chebyshev_nodes(count)),
-                parts.closing_at(chebyshev_nodes(count)),
-            )
-            solved = solve(path.states, closing).states.unknowns
-            path = replace(path, unknowns=solved.reshape(path.unknowns.shape))
+            path = path.guess_at(chebyshev_nodes(count)).solved()
         found = path.at(position).states
         return branches, parts, found, largest_residual(found, parts.closing_at(position))
 

@@ -26,8 +26,8 @@ from validation.records import write_record
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.periods import read_curves
 from vibrissa.sticking.solving.collocation import solve_curves
-from vibrissa.sticking.stiction import read_curves
 from vibrissa.wording import markdown_table
 
 TOLERATED = 1e-9

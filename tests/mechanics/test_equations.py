@@ -39,7 +39,7 @@ def sticking(theta, eta, travel, nodes=40):
     offset = ends(states).offset
     for part in np.linspace(0.0, travel, 9):
         closing = at_offset(offset * (1.0 - part), eta)
-        states, found = solve(states, closing)
+        states, found, _ = solve(states, closing)
         assert found.all()
     return states, closing
 
@@ -136,7 +136,7 @@ def test_a_prescribed_inclination_gives_the_state_with_that_inclination():
     states, closing = sticking(2.0, 0.85, 0.1)
     alpha = np.arctan2(states.fx, -states.fy)
     inclined = {FX: np.cos(alpha), FY: np.sin(alpha)}
-    again, found = solve(states, ClosingCondition.prescribing(closing.height, inclined))
+    again, found, _ = solve(states, ClosingCondition.prescribing(closing.height, inclined))
     assert found.all()
     assert ends(again).offset == pytest.approx(closing.value, abs=1e-12)
 
@@ -145,7 +145,7 @@ def test_one_hopeless_state_does_not_spoil_its_batch():
     good, closing = sticking(2.0, 0.85, 0.1)
     guess = RodStates.concatenate([good, good.with_unknowns(np.nan * good.unknowns)])
     both = at_offset(np.array([closing.value[0], -3.0]), np.array([0.85, 0.85]))
-    states, converged = solve(guess, both)
+    states, converged, _ = solve(guess, both)
     assert converged.tolist() == [True, False]
     assert np.isnan(states.unknowns[1]).all()
 

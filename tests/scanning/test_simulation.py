@@ -21,8 +21,8 @@ from vibrissa.scanning.slip import Slip, SlipLaw
 from vibrissa.scanning.stage import Stage, path
 from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.surface_texts import read_surface
+from vibrissa.sticking.periods import read_curve
 from vibrissa.sticking.piece import NO_PIECES
-from vibrissa.sticking.stiction import read_curve
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.outcomes import End
-from vibrissa.sticking.stiction import read_curve
+from vibrissa.sticking.periods import read_curve
 
 # Curvature, and where the first arch begins (L), of rods of one taper, height and clamp angle.
 ARCHES = [(0.3, 0.2370), (0.4, 0.2500), (0.5, 0.2638)]

@@ -94,4 +94,4 @@ def test_the_margin_out_of_the_plane_vanishes_at_the_end_of_a_curve(pair):
     """The last piece ends where the clamp passes under the tip, and no state behind it counts."""
     curve = solve_curve(*pair)
     assert curve.x0_end == curve.x1_init
-    assert curve.pieces.states.stability_aside[-1, -1] == pytest.approx(0.0, abs=1e-7)
+    assert curve.state(curve.x0_end).stability_aside == pytest.approx(0.0, abs=1e-7)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from vibrissa import Status, solve_curve
 from vibrissa.sticking.curve import failed_curve
+from vibrissa.sticking.periods import read_curve, read_curves
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.solving import shooting
-from vibrissa.sticking.stiction import read_curve, read_curves
 
 D = Decimal
 

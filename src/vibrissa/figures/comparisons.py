@@ -15,8 +15,14 @@ LOCKS = {"tip contact": ("mu_lock_point", "-"), "line contact": ("mu_lock_line",
 @kind(
     "models",
     columns=(
-        *("theta", "mu0", "eta", "x0_slip_point", "x0_slip_line", "penetrates"),
-        *("status_point", "status_line"),
+        "theta",
+        "mu0",
+        "eta",
+        "x0_slip_point",
+        "x0_slip_line",
+        "penetrates",
+        "status_point",
+        "status_line",
         *(column for column, _ in LOCKS.values()),
     ),
 )

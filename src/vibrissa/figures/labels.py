@@ -31,11 +31,9 @@ def at_ends(panel: Axes) -> None:
         text.remove()
     # Matplotlib computes the limits when they are asked for.
     panel.get_xlim(), panel.get_ylim()
-    ends = {
-        line: end
-        for line in panel.lines
-        if not str(line.get_label()).startswith("_") and (end := _last_in_view(panel, line))
-    }
+    named = [line for line in panel.lines if not str(line.get_label()).startswith("_")]
+    last = {line: _last_in_view(panel, line) for line in named}
+    ends = {line: end for line, end in last.items() if end}
     if not ends:
         return
     lines = sorted(ends, key=lambda line: ends[line][1])

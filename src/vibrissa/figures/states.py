@@ -19,8 +19,20 @@ FORCES = 3
 @kind(
     "state",
     columns=(
-        *("state", "theta", "eta", "x1", "status", "message", "contact", "f", "alpha", "phi1"),
-        *("s_c", "penetrates", "shape_x", "shape_y"),
+        "state",
+        "theta",
+        "eta",
+        "x1",
+        "status",
+        "message",
+        "contact",
+        "f",
+        "alpha",
+        "phi1",
+        "s_c",
+        "penetrates",
+        "shape_x",
+        "shape_y",
     ),
 )
 def state(rows: pd.DataFrame) -> Figure:

@@ -32,7 +32,7 @@ from vibrissa.outcomes import Contact
 TOLERANCE = 1e-12
 # Slope (rad) up to which a tip counts as level. The part of the rod that then passes through the
 # surface is far smaller than `TOLERANCE`.
-LEVEL = 1e-9
+LEVEL_SLOPE = 1e-9
 # NEAR: how much larger than at the nodes (rad) the slope may be between them. APART: distance (L)
 # beyond which two parts of a shape are far from each other.
 NEAR, APART = 0.05, 0.03
@@ -144,7 +144,7 @@ def clearances(states: RodStates, eta: FloatArray) -> Clearance:
         some = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
         shapes = _Shapes.of(some, with_tail=bool(curls.any()))
         # A rod whose tip passes through the surface has no arch.
-        touches = some.line | (ends(some).phi1 >= -LEVEL)
+        touches = some.line | (ends(some).phi1 >= -LEVEL_SLOPE)
         known = shapes.at(shapes.places[None])
         arch = np.where(touches, eta[near] - shapes.extreme(known, lowest=False), np.inf)
         clamp[near] = np.minimum(clamp[near], shapes.extreme(known, lowest=True))
@@ -212,7 +212,10 @@ class _Shapes(Batch):
         values, integrals = legendre_series(self.slope.shape[1], np.minimum(tau, 1.0))
 
         def summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
-            return np.asarray(basis[..., : coefficients.shape[1]] @ coefficients[..., None])[..., 0]
+            basis = basis[..., : coefficients.shape[1]]
+            if len(basis) == 1:  # the same places on all rods: one matrix product
+                return np.asarray(coefficients @ basis[0].T)
+            return np.matvec(basis, coefficients)
 
         places = _Places(
             phi=summed(values, self.slope),

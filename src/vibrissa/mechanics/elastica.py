@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,14 @@ from vibrissa.numerics.arrays import FloatArray
 SHAPE_TOLERANCE = 1e-12
 
 
+class Growth(NamedTuple):
+    """Derivatives of the position (x, y) and of the slope φ with respect to s."""
+
+    x: float
+    y: float
+    phi: float
+
+
 def rod_equations(
     theta: float,
     f: float,
@@ -19,7 +28,7 @@ def rod_equations(
     x1: float,
     y1: float,
     curvature: tuple[float, ...] = (0.0,),
-) -> Callable[[float, FloatArray], tuple[float, float, float]]:
+) -> Callable[[float, FloatArray], Growth]:
     """Make a function that evaluates the differential equations of the rod, paper equation (2).
 
     Parameters
@@ -32,19 +41,19 @@ def rod_equations(
     Returns
     -------
     callable
-        Function that maps s and (x, y, φ) to the derivatives (x', y', φ').
+        Function that maps s and (x, y, φ) to their derivatives.
     """
     highest, *lower = reversed(curvature)
     cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
 
-    def derivative(s: float, state: FloatArray) -> tuple[float, float, float]:
+    def derivative(s: float, state: FloatArray) -> Growth:
         x, y, phi = state.tolist()  # single numbers are faster in Python than in NumPy
         flexibility = theta**4 / (theta * s - theta - s) ** 4
         moment = f * (cos_alpha * (x - x1) + sin_alpha * (y - y1))
         natural = highest
         for coefficient in lower:
             natural = natural * s + coefficient
-        return math.cos(phi), math.sin(phi), flexibility * moment + natural
+        return Growth(x=math.cos(phi), y=math.sin(phi), phi=flexibility * moment + natural)
 
     return derivative
 

@@ -37,6 +37,7 @@ from vibrissa.mechanics.mounting import polynomial, tail
 from vibrissa.mechanics.shape import Shape
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_length_growth, bending_coordinate, density_growth
+from vibrissa.numerics.angles import direction
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch, slices
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
@@ -91,29 +92,41 @@ class ClosingCondition(Batch):
 
 
 class _Integrands(NamedTuple):
-    """Functions to be integrated over τ: their values at the nodes, shape (n, nodes) each."""
+    """Functions to be integrated over τ: their values at the nodes, shape (n, nodes) each.
+
+    Attributes
+    ----------
+    height, reach : ndarray
+        Growth of y and of x.
+    fall : ndarray
+        Fall −m' of the moment, with m' = fx·sin φ − fy·cos φ = f·cos(φ − α).
+    bend : ndarray
+        Bent part m/B of the growth of the slope.
+    """
 
     height: FloatArray
     reach: FloatArray
-    gradient: FloatArray
+    fall: FloatArray
     bend: FloatArray
 
 
 def _integrands(states: RodStates) -> _Integrands:
-    """Evaluate the integrands of height, reach, moment and slope.
-
-    The moment gradient is m' = fx·sin φ − fy·cos φ = f·cos(φ − α).
-    """
+    """Evaluate the integrands of height, reach, moment and slope."""
     rule = gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
-    sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
-    gradient = states.fx[:, None] * sin - states.fy[:, None] * cos
-    return _Integrands(sin, cos, gradient, -compliance * (gradient @ rule.to_end.T))
+    height, reach = direction(states.phi)
+    height *= density
+    reach *= density
+    fall = states.fy[:, None] * reach
+    fall -= states.fx[:, None] * height
+    bend = fall @ rule.to_end.T
+    bend *= compliance
+    return _Integrands(height=height, reach=reach, fall=fall, bend=bend)
 
 
 def bending_moment(states: RodStates) -> FloatArray:
     """Bending moment m(s) = −∫ m' ds from s to the contact point, at the nodes (E·I0/L)."""
-    return -(_integrands(states).gradient @ gauss_rule(states.nodes).to_end.T)
+    return np.asarray(_integrands(states).fall @ gauss_rule(states.nodes).to_end.T)
 
 
 class Ends(NamedTuple):
@@ -144,8 +157,8 @@ def ends(states: RodStates) -> Ends:
 
 def _ends(states: RodStates, integrands: _Integrands) -> Ends:
     weights = gauss_rule(states.nodes).weights
-    height, reach, gradient, bend = integrands
-    moment = -(gradient @ weights)
+    height, reach, fall, bend = integrands
+    moment = fall @ weights
     return Ends(
         offset=reach @ weights + 1.0 - states.s_c,
         height=height @ weights,
@@ -168,11 +181,11 @@ def residuals(states: RodStates, closing: ClosingCondition) -> FloatArray:
     end = _ends(states, integrands)
     values = np.empty_like(states.unknowns)
     np.subtract(states.phi, integrands.bend @ rule.from_start.T, out=values[:, :nodes])
-    values[:, :nodes] -= states.natural_slope(rule.nodes)
-    values[:, :nodes] -= (states.clamp_compliance * end.moment)[:, None]
+    turn = states.clamp_compliance * end.moment
+    values[:, :nodes] -= states.natural_slope(rule.nodes) + turn[:, None]
     values[:, nodes] = end.height - closing.tilt * end.offset - closing.height
-    prescribed = np.stack([end.offset, states.fx, states.fy, states.s_c, end.phi1], axis=1)
-    values[:, nodes + 1] = np.vecdot(closing.weights, prescribed) - closing.value
+    prescribed = np.array([end.offset, states.fx, states.fy, states.s_c, end.phi1])
+    values[:, nodes + 1] = np.vecdot(closing.weights, prescribed.T) - closing.value
     values[:, nodes + 2] = np.where(states.line, end.phi1, states.s_c - 1.0)
     return values
 
@@ -211,23 +224,29 @@ def derivatives(states: RodStates) -> Derivatives:
     """Compute the derivatives from which `jacobian` is composed."""
     nodes, rule = states.nodes, gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
-    sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
+    sin, cos = direction(states.phi)
+    sin *= density
+    cos *= density
     fx, fy = states.fx[:, None], states.fy[:, None]
     load, load_slope = fx * sin - fy * cos, fx * cos + fy * sin
     arc_growth, compliance_growth = density_growth(
         rule.nodes, states.theta[:, None], states.s_c[:, None]
     )
-    # Derivatives of dm/dτ (load); their integrals give those of dφ/dτ (bend) and of m(0).
-    load_change = np.zeros((len(states), nodes, nodes + 3))
-    diagonal = np.arange(nodes)
-    load_change[:, diagonal, diagonal] = load_slope
-    load_change[:, :, nodes:] = np.stack([sin, -cos, arc_growth * load], axis=-1)
-    bend_change = rule.to_end @ load_change
+    # Derivatives of dφ/dτ (bend) and of m(0). A slope changes dm/dτ at its own node alone, so that
+    # its column of the integral is only scaled.
+    by_scalars = np.empty((len(states), nodes, 3))
+    by_scalars[..., 0], by_scalars[..., 1], by_scalars[..., 2] = sin, -cos, arc_growth * load
+    bend_change = np.empty((len(states), nodes, nodes + 3))
+    np.multiply(rule.to_end, load_slope[:, None, :], out=bend_change[:, :, :nodes])
+    bend_change[:, :, nodes:] = rule.to_end @ by_scalars
     bend_change[:, :, nodes + 2] += compliance_growth * (load @ rule.to_end.T)
     bend_change *= -compliance[:, :, None]
-    moment_change = -(rule.weights @ load_change)
+    moment_change = np.empty((len(states), nodes + 3))
+    moment_change[:, :nodes] = -rule.weights * load_slope
+    moment_change[:, nodes:] = -(rule.weights @ by_scalars)
     unbent = states.clamp_compliance[:, None] * moment_change
     slope = -(rule.from_start @ bend_change) - unbent[:, None]
+    diagonal = np.arange(nodes)
     slope[:, diagonal, diagonal] += 1.0
     slope[:, :, nodes + 2] -= _natural_growth(states, rule.nodes)
     height, offset = np.zeros((2, *states.unknowns.shape))

@@ -7,10 +7,13 @@ import numpy as np
 from vibrissa.mechanics.equations import ClosingCondition, derivatives, jacobian, residuals
 from vibrissa.mechanics.states import SCALARS, RodStates, transfer
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.numerics.batch import slices
 
 MAX_ITERATIONS = 25
 # Share of the nodes that Jacobians use, and the fewest nodes that are useful.
 COARSE_NODES, FEWEST_COARSE_NODES = 0.35, 12
+# Number of states that are solved together; their matrices fit into the cache.
+STATES_AT_ONCE = 256
 # Ratio of a correction to the previous one above which the inverse Jacobian is computed anew.
 GOOD_CONTRACTION = 0.3
 # On many nodes, corrections below this may be rounding errors.
@@ -18,19 +21,29 @@ ROUNDING = 1e-9
 
 
 class Solution(NamedTuple):
-    """Result of Newton's iteration; the unknowns are NaN in states that did not converge."""
+    """Result of Newton's iteration.
+
+    Attributes
+    ----------
+    states : RodStates
+        Solved states; the unknowns are NaN in states that did not converge.
+    converged : ndarray of bool, shape (n,)
+        Whether each state converged.
+    inverse : ndarray, shape (n, k + 3, k + 3)
+        The inverse Jacobians of the last corrections, on few nodes (`coarse_inverse`).
+    """
 
     states: RodStates
     converged: BoolArray
+    inverse: FloatArray
 
 
-# Numbers may overflow where the iteration diverges; `converged` is then False.
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def solve(
     guess: RodStates,
     closing: ClosingCondition,
     tolerance: float = 1e-12,
     iterations: int = MAX_ITERATIONS,
+    inverse: FloatArray | None = None,
 ) -> Solution:
     """Solve the equations of n states by Newton's method, starting from a guess.
 
@@ -42,11 +55,43 @@ def solve(
         error is at most about a hundredth of `tolerance`.
     iterations : int
         Largest number of corrections.
+    inverse : ndarray, shape (n, k + 3, k + 3), optional
+        Approximate inverse Jacobians to begin with, as `coarse_inverse` computes them. Where they
+        converge too slowly they are computed anew.
     """
+    solved = [
+        _iterated(
+            guess.take(part),
+            closing.take(part),
+            tolerance,
+            iterations,
+            None if inverse is None else inverse[part],
+        )
+        for part in slices(max(len(guess), 1), STATES_AT_ONCE)
+    ]
+    if len(solved) == 1:
+        return solved[0]
+    return Solution(
+        states=RodStates.concatenate([part.states for part in solved]),
+        converged=np.concatenate([part.converged for part in solved]),
+        inverse=np.concatenate([part.inverse for part in solved]),
+    )
+
+
+# Numbers may overflow where the iteration diverges; `converged` is then False.
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def _iterated(
+    guess: RodStates,
+    closing: ClosingCondition,
+    tolerance: float,
+    iterations: int,
+    inverse: FloatArray | None,
+) -> Solution:
+    """Iterate until every state has converged, or cannot; see `solve`."""
     unknowns = guess.unknowns.copy()
     unknowns[~guess.line, -1] = 1.0
     states = guess.with_unknowns(unknowns)
-    inverse = coarse_inverse(states, closing)
+    inverse = coarse_inverse(states, closing) if inverse is None else inverse.copy()
     converged, previous = np.zeros(len(states), dtype=bool), np.ones(len(states))
     active = np.arange(len(states))
     for _ in range(iterations):
@@ -54,11 +99,11 @@ def solve(
         every = slice(None) if whole else active
         some = (states, closing) if whole else (states.take(active), closing.take(active))
         change = _correction(*some, inverse[every])
-        unknowns[active] -= change
+        unknowns[every] -= change
         states = guess.with_unknowns(unknowns)
-        size = _size(unknowns[active], change)
-        shrunk = size / previous[active]
-        previous[active] = size
+        size = _size(unknowns[every], change)
+        shrunk = size / previous[every]
+        previous[every] = size
         # Near rounding error, corrections do not shrink any more.
         done = (size < tolerance) | ((size < ROUNDING) & (shrunk > 0.5))
         converged[active[done]] = True
@@ -70,7 +115,9 @@ def solve(
         if len(slow):
             inverse[slow] = coarse_inverse(states.take(slow), closing.take(slow))
     solved = np.where(converged[:, None], unknowns, np.nan)
-    return Solution(states=guess.with_unknowns(solved), converged=converged)
+    return Solution(
+        states=guess.with_unknowns(solved), converged=converged, inverse=np.asarray(inverse)
+    )
 
 
 def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:
@@ -111,7 +158,10 @@ def coarse_inverse(states: RodStates, closing: ClosingCondition) -> FloatArray:
         Inverse Jacobians on k nodes, where `coarse_nodes` chooses k; NaN where singular.
     """
     few = states.on_nodes(coarse_nodes(states.nodes))
-    return _inverted(jacobian(few, closing))
+    inverse = np.empty((len(few), few.nodes + SCALARS, few.nodes + SCALARS))
+    for part in slices(len(few), STATES_AT_ONCE):
+        inverse[part] = _inverted(jacobian(few.take(part), closing.take(part)))
+    return inverse
 
 
 def _inverted(matrices: FloatArray) -> FloatArray:

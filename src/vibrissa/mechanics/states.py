@@ -127,7 +127,7 @@ def transfer(nodes: int, other: int) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ContactState(Batch):
+class ContactLoads(Batch):
     """Loads and contact of one equilibrium, or of many.
 
     Attributes
@@ -139,12 +139,6 @@ class ContactState(Batch):
         Slope at the contact point, in rad.
     s_c : ndarray or float
         Arc length of the contact point, in units of L; 1 in point contact.
-    stability : ndarray or float
-        Margin of stability in the plane (`vibrissa.mechanics.stability`): positive where the
-        equilibrium is stable; NaN if the solver was shooting.
-    stability_aside : ndarray or float
-        Margin out of the plane (`vibrissa.mechanics.aside`): positive where the rod stays in its
-        plane; NaN if the solver was shooting, and for a planar section.
     """
 
     reaction_fx: Values
@@ -152,8 +146,6 @@ class ContactState(Batch):
     reaction_m: Values
     phi1: Values
     s_c: Values
-    stability: Values
-    stability_aside: Values
 
     @property
     def f(self) -> Values:
@@ -171,3 +163,21 @@ class ContactState(Batch):
         with np.errstate(divide="ignore", invalid="ignore"):
             # The surface cannot pull: at lift-off fy may be positive by rounding.
             return self.reaction_fx / -np.maximum(0.0 - self.reaction_fy, 0.0)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ContactState(ContactLoads):
+    """Loads, contact and stability of one equilibrium, or of many; see also `ContactLoads`.
+
+    Attributes
+    ----------
+    stability : ndarray or float
+        Margin of stability in the plane (`vibrissa.mechanics.stability`): positive where the
+        equilibrium is stable; NaN if the solver was shooting.
+    stability_aside : ndarray or float
+        Margin out of the plane (`vibrissa.mechanics.aside`): positive where the rod stays in its
+        plane; NaN if the solver was shooting, and for a planar section.
+    """
+
+    stability: Values
+    stability_aside: Values

@@ -41,13 +41,13 @@ def summary(found: Mapping[str, Readable]) -> dict[str, str]:
     lines = sentence(counts_by_status(found)).splitlines()
     facts = dict(line.split(": ") for line in lines)
     residuals = [
-        largest
+        pc.max(part.column("residual")).as_py()
         for name in ("stiction", "states")
         if name in found
         for part in query.batches(found[name], ["residual"])
-        if (largest := pc.max(part.column("residual")).as_py()) is not None
     ]
-    return facts | ({"largest residual": spell(max(residuals), 2)} if residuals else {})
+    known = [residual for residual in residuals if residual is not None]
+    return facts | ({"largest residual": spell(max(known), 2)} if known else {})
 
 
 def results(found: Mapping[str, Readable]) -> list[str]:

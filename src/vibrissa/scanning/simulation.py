@@ -26,8 +26,8 @@ from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.tip import ClampPath, Margin, Tip
 from vibrissa.sticking.api import PENETRATES
+from vibrissa.sticking.evaluation import mirrored
 from vibrissa.sticking.piece import StickingState
-from vibrissa.sticking.reading import mirrored
 from vibrissa.wording import counted
 
 # Decimals of a difference of positions (L).

@@ -25,10 +25,10 @@ from vibrissa.mechanics.vibration import natural_frequencies
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion
 from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.periods import Stiction, read_curve
 from vibrissa.sticking.piece import AHEAD, BACK, StickingState
 from vibrissa.sticking.solving import collocation
 from vibrissa.sticking.solving.offsets import solve_offset
-from vibrissa.sticking.stiction import Stiction, read_curve
 from vibrissa.sticking.vibration import check_vibration
 
 PULLED = "the tip has left the surface, which would have to pull it"

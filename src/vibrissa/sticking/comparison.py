@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from vibrissa.outcomes import Contact
+from vibrissa.sticking.periods import read_curves
 from vibrissa.sticking.solving.collocation import solve_curves
-from vibrissa.sticking.stiction import read_curves
 
 
 def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) -> dict[str, Any]:

@@ -19,8 +19,8 @@ from vibrissa.numerics.batch import slices
 from vibrissa.outcomes import Contact, RodSection, Status
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import CURVES_AT_ONCE
+from vibrissa.sticking.periods import read_curves
 from vibrissa.sticking.piece import StickingState
-from vibrissa.sticking.stiction import read_curves
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from vibrissa.mechanics.states import ContactState, Values
+from vibrissa.mechanics.states import ContactLoads, ContactState, Values
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root, first_reached
@@ -23,15 +23,26 @@ from vibrissa.numerics.spectral import (
 )
 
 # Number of Chebyshev points at which each piece has states: the largest number that is solved.
-STATES = 49
+STATES_PER_PIECE = 49
 # Number of samples of each piece; they bracket crossings, which are then located exactly.
 SAMPLES = 257
-POLYNOMIALS = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES - 1)
-# Columns of margins of stability, which are computed at fewer points.
-MARGINS = ("stability", "stability_aside")
+POLYNOMIALS = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES_PER_PIECE - 1)
 # Rounding error where the kind of contact changes: how much s_c may exceed 1 (L) in line contact,
 # or φ1 be negative (rad) in point contact.
 CONTACT_SLACK = 1e-9
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PathState(ContactLoads):
+    """Equilibria on a path, without their margins of stability.
+
+    Attributes
+    ----------
+    x0 : ndarray or float
+        Displacement of the clamp since the α = 0 state (L).
+    """
+
+    x0: Values
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -94,7 +105,7 @@ class Pieces(Batch):
         `vibrissa.mechanics.equations`).
     start, stop : ndarray, shape (pieces,)
         First and last value of each parameter (in L if it is x0).
-    states : StickingState, columns of shape (pieces, STATES)
+    states : PathState, columns of shape (pieces, STATES_PER_PIECE)
         States at the Chebyshev points between `start` and `stop`. A piece is directed towards
         larger x0.
     shapes : ndarray of ShapesAlongPiece, shape (pieces,)
@@ -105,7 +116,7 @@ class Pieces(Batch):
     by_x0: BoolArray
     start: FloatArray
     stop: FloatArray
-    states: StickingState
+    states: PathState
     shapes: ObjectArray
 
     @property
@@ -122,10 +133,13 @@ class Pieces(Batch):
     def _coefficients(self) -> tuple[FloatArray, ...]:
         """Chebyshev coefficients of the columns and of their first and second derivatives.
 
-        Each array has the shape (pieces, columns, STATES).
+        Each array has the shape (pieces, columns, STATES_PER_PIECE).
         """
-        derivative, scale = chebyshev_derivative(STATES).T, 2.0 / (self.stop - self.start)
-        value = np.stack([*self.states.columns.values()], axis=1) @ chebyshev_transform(STATES).T
+        derivative, scale = chebyshev_derivative(STATES_PER_PIECE).T, 2.0 / (self.stop - self.start)
+        value = (
+            np.stack([*self.states.columns.values()], axis=1)
+            @ chebyshev_transform(STATES_PER_PIECE).T
+        )
         slope = value @ derivative * scale[:, None, None]
         return value, slope, slope @ derivative * scale[:, None, None]
 
@@ -133,31 +147,52 @@ class Pieces(Batch):
         self, index: IntArray, t: FloatArray, names: Iterable[str], orders: Sequence[int]
     ) -> FloatArray:
         """Interpolate derivatives of orders 0 to 2 of some columns, shape (orders, columns, n)."""
-        columns = [StickingState.names().index(name) for name in names]
+        columns = [PathState.names().index(name) for name in names]
         some = [self._coefficients[order].take(columns, axis=1) for order in orders]
         start, stop = self.start[index], self.stop[index]
         position = 2.0 * (t - start) / (stop - start) - 1.0
         values = chebyshev_series(np.concatenate(some, axis=1), index, position)
         return values.T.reshape(len(orders), len(columns), len(t))
 
-    def _sampled(self, order: int) -> StickingState:
+    def _sampled(self, order: int) -> PathState:
         """Differentiate the states at `sample_places`; `order` 0 returns the states themselves."""
         sampled = self._coefficients[order] @ POLYNOMIALS.T
-        return StickingState.from_matrix(np.moveaxis(sampled, 1, -1))
+        return PathState.from_matrix(np.moveaxis(sampled, 1, -1))
 
-    def at(self, index: IntArray, t: FloatArray) -> StickingState:
+    def at(self, index: IntArray, t: FloatArray) -> PathState:
         """Interpolate states at the parameter values `t`."""
-        (columns,) = self.values(index, t, StickingState.names(), (0,))
-        states = StickingState.from_matrix(columns.T)
+        (columns,) = self.values(index, t, PathState.names(), (0,))
+        states = PathState.from_matrix(columns.T)
         line = self.line[index]
-        # No margin exceeds 1, but between the states the interpolant may.
-        exact = {name: np.minimum(getattr(states, name), 1.0) for name in MARGINS}
         return replace(
             states,
-            **exact,
             s_c=np.where(line, rounded_contact(states.s_c), 1.0),
             phi1=np.where(line, 0.0, states.phi1),
             x0=np.where(self.by_x0[index], t, states.x0),
+        )
+
+    @cached_property
+    def _margins(self) -> FloatArray:
+        """Chebyshev coefficients of both margins along the parts, (pieces, 2, STATES_PER_PIECE)."""
+        margins = np.zeros((len(self), 2, STATES_PER_PIECE))
+        for row, along in enumerate(self.shapes):
+            if along is None:
+                margins[row] = np.nan
+            else:
+                margins[row, :, : along.margins.shape[1]] = along.margins
+        return margins
+
+    def with_margins(self, index: IntArray, t: FloatArray, states: PathState) -> StickingState:
+        """Add the margins of stability to the states at the parameter values `t`."""
+        known = [along is not None for along in self.shapes]
+        first, length = np.ones((2, len(self)))
+        first[known] = [along.first for along in self.shapes[known]]
+        length[known] = [along.last - along.first for along in self.shapes[known]]
+        position = 2.0 * (t - first[index]) / length[index] - 1.0
+        # No margin exceeds 1, but between the states the interpolant may.
+        margins = np.minimum(chebyshev_series(self._margins, index, position), 1.0)
+        return StickingState(
+            **states.columns, stability=margins[:, 0], stability_aside=margins[:, 1]
         )
 
     def displacements(self, index: IntArray, t: FloatArray) -> FloatArray:
@@ -184,7 +219,7 @@ class Pieces(Batch):
         return np.linspace(self.start, self.stop, SAMPLES, axis=1)
 
     @cached_property
-    def samples(self) -> StickingState:
+    def samples(self) -> PathState:
         """States at `sample_places`.
 
         Those at the ends are exact, the others accurate enough to bracket a root.
@@ -200,8 +235,8 @@ class Pieces(Batch):
 
     def part(self, start: FloatArray, stop: FloatArray) -> Self:
         """Cut each piece to the part between two values of its parameter."""
-        places = start[:, None] + (stop - start)[:, None] * chebyshev_nodes(STATES)
-        states = self.at(np.repeat(np.arange(len(self)), STATES), places.ravel())
+        places = start[:, None] + (stop - start)[:, None] * chebyshev_nodes(STATES_PER_PIECE)
+        states = self.at(np.repeat(np.arange(len(self)), STATES_PER_PIECE), places.ravel())
         states = states.each(lambda values: values.reshape(places.shape))
         return replace(self, start=start, stop=stop, states=states)
 
@@ -309,6 +344,6 @@ NO_PIECES = Pieces(
     by_x0=np.empty(0, dtype=bool),
     start=np.empty(0),
     stop=np.empty(0),
-    states=StickingState.unknown((0, STATES)),
+    states=PathState.unknown((0, STATES_PER_PIECE)),
     shapes=np.empty(0, dtype=object),
 )

@@ -1,13 +1,19 @@
 """Shapes of the rod along a smooth piece of an equilibrium path: evaluated, not integrated."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.states import RodStates
-from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.numerics.spectral import interpolation
+from vibrissa.mechanics.aside import stability_aside
+from vibrissa.mechanics.stability import stability
+from vibrissa.mechanics.states import SCALARS, RodStates
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform, interpolation
+
+# Share of the nodes on which the margins of stability are computed, and the fewest nodes.
+STABILITY_NODES, FEWEST_STABILITY_NODES = 0.45, 14
 
 
 class RowStates(NamedTuple):
@@ -18,32 +24,81 @@ class RowStates(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ShapesAlongPiece:
-    """Solved states of the rod at the Chebyshev points of one piece.
+class SolvedParts:
+    """Solved states of rods at the Chebyshev points of smooth parts that were solved together.
 
     Attributes
     ----------
-    rod : ndarray, shape (3 + k,)
-        Properties of the rod (`vibrissa.mechanics.mounting.rod_columns`).
-    unknowns : ndarray, shape (states, nodes + 3)
+    rods : ndarray, shape (parts, 3 + k)
+        Properties of the rod of each part (`vibrissa.mechanics.mounting.rod_columns`).
+    unknowns : ndarray, shape (parts, states, nodes + 3)
         Unknowns of each state, as in `vibrissa.mechanics.states.RodStates`.
-    line : bool
+    line : ndarray of bool, shape (parts,)
         Whether the rod is in line contact.
+    round_rods : bool
+        Whether the sections are round, so that the rods may buckle laterally.
+    """
+
+    rods: FloatArray
+    unknowns: FloatArray
+    line: BoolArray
+    round_rods: bool
+
+    @cached_property
+    def margins(self) -> FloatArray:
+        """Series of both margins of stability along each part, shape (parts, 2, count).
+
+        They are the Chebyshev coefficients of `stability` and of `stability_aside`, which is NaN
+        for planar sections. They are computed from half of the states on fewer nodes, when they are
+        asked for first.
+        """
+        number, states, columns = self.unknowns.shape
+        count = (states + 1) // 2
+        chosen = interpolation(states, chebyshev_nodes(count)) @ self.unknowns
+        nodes = columns - SCALARS
+        few = RodStates(
+            rods=np.repeat(self.rods, count, axis=0),
+            unknowns=chosen.reshape(-1, columns),
+            line=np.repeat(self.line, count),
+        ).on_nodes(max(round(STABILITY_NODES * nodes), FEWEST_STABILITY_NODES))
+        aside = stability_aside(few) if self.round_rods else np.full(len(few), np.nan)
+        values = np.stack([stability(few), aside]).reshape(2, number, count)
+        return np.moveaxis(values, 0, 1) @ chebyshev_transform(count).T
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ShapesAlongPiece:
+    """Shapes of the rod along one piece of a curve, a part of a path or a stretch of it.
+
+    Attributes
+    ----------
+    parts : SolvedParts
+        Solved states, also of other parts.
+    row : int
+        Index of the part.
     first, last : float
         Values of the continuation parameter of the first and of the last state.
     """
 
-    rod: FloatArray
-    unknowns: FloatArray
-    line: bool
+    parts: SolvedParts
+    row: int
     first: float
     last: float
 
+    @property
+    def margins(self) -> FloatArray:
+        """Chebyshev coefficients of both margins of stability, shape (2, count)."""
+        return np.asarray(self.parts.margins[self.row])
+
+    def fraction(self, t: FloatArray) -> FloatArray:
+        """Fractions of the part at which the continuation parameter has the values t."""
+        return np.asarray((t - self.first) / (self.last - self.first))
+
     def states(self, t: FloatArray) -> RodStates:
         """Interpolate the states at values of the continuation parameter, shape (n,)."""
-        position = (t - self.first) / (self.last - self.first)
+        unknowns = self.parts.unknowns[self.row]
         return RodStates(
-            rods=np.tile(self.rod, (len(t), 1)),
-            unknowns=interpolation(len(self.unknowns), position) @ self.unknowns,
-            line=np.full(len(t), self.line),
+            rods=np.tile(self.parts.rods[self.row], (len(t), 1)),
+            unknowns=interpolation(len(unknowns), self.fraction(t)) @ unknowns,
+            line=np.full(len(t), self.parts.line[self.row]),
         )

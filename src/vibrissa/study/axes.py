@@ -128,7 +128,8 @@ AXES: Mapping[str, Axis] = {
     ),
     "stage_angle": Axis("angle of the stage to the surface in rad, from -1.5 to 1.5", _Angle),
 }
-MOUNTING_AXES = tuple(AXES)[4:]
+# All other axes of a grid are properties of the mounting.
+MOUNTING_AXES = tuple(axis for axis in AXES if axis not in ("theta", "mu0", "eta", "dx0"))
 # Columns of natural frequencies, in a study that asks for them.
 FREQUENCIES = ("frequency_1", "frequency_2")
 

@@ -13,8 +13,8 @@ from vibrissa.errors import StudyError
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, RodSection, Solver, Status, TipMotion
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
+from vibrissa.sticking.periods import read_curves
 from vibrissa.sticking.piece import StickingState
-from vibrissa.sticking.stiction import read_curves
 from vibrissa.sticking.vibration import state_frequencies
 from vibrissa.study.axes import Value, Values
 from vibrissa.study.chunks import columns_at, columns_of, number_of_points

@@ -147,6 +147,7 @@ def parameters_of(
     """
     there = np.isfinite(full_scale)
     ranges, unbounded = ranges_of(given), Range()
+    channels = {name: NEEDS.get(name, one.channel) for name, one in TOLERABLE.items()}
     each = (
         Parameter(
             name=name,
@@ -155,8 +156,8 @@ def parameters_of(
             stated=name in stated,
             **vars(ranges.get(name, unbounded)),
         )
-        for name, one in TOLERABLE.items()
-        if name != SLOPE and (there[channel := NEEDS.get(name, one.channel)] or channel < 0)
+        for name, channel in channels.items()
+        if name != SLOPE and (channel < 0 or there[channel])
     )
     scale = np.where(there, full_scale, 1.0)
     return tuple(part for one in each for part in _parts(one, scale))

@@ -130,7 +130,7 @@ def _buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[Rod
         unknowns=buckled_unknowns(theta, eta, nodes),
         line=np.zeros(len(theta), dtype=bool),
     )
-    states, converged = solve(guess, ClosingCondition.prescribing(eta, {FX: 1.0}))
+    states, converged, _ = solve(guess, ClosingCondition.prescribing(eta, {FX: 1.0}))
     # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image
     return states, converged & (bending_moment(states) < 0).all(axis=1) & (states.fy < 0)
 
@@ -194,7 +194,7 @@ def with_active_contact(
     is not possible. Returns the states, and whether each was found; a state that was not found is
     NaN.
     """
-    states, found = solve(guess, closing, tolerance=TOLERANCE)
+    states, found, _ = solve(guess, closing, tolerance=TOLERANCE)
     if model is Contact.LINE:
         # A retracted rod that has peeled off up to its tip has no state in line contact.
         other = np.flatnonzero(~(violation(states) <= 0.0) & (found | states.line))
@@ -202,7 +202,7 @@ def with_active_contact(
             start = np.where(found[:, None], states.unknowns, guess.unknowns)[other]
             start[:, -1] = 1.0
             switched = RodStates(rods=guess.rods[other], unknowns=start, line=~guess.line[other])
-            again, converged = solve(switched, closing.take(other), tolerance=TOLERANCE)
+            again, converged, _ = solve(switched, closing.take(other), tolerance=TOLERANCE)
             states = states.with_rows(other, again)
             found[other] = converged & (violation(again) <= 0.0)
     # Where the whole rod would lie down, s_c leaves its range

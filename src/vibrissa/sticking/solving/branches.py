@@ -49,7 +49,7 @@ class Branches(Batch):
     def units(self) -> FloatArray:
         """Factors that turn offset, fx, fy and s_c into path coordinates, shape (n, 4)."""
         fx, fy = WEIGHT_OF_FX / self.force, WEIGHT_OF_FY / self.force
-        return np.stack([-1.0 / self.scale, fx, fy, np.ones_like(fx)], axis=1)
+        return np.array([-1.0 / self.scale, fx, fy, np.ones_like(fx)]).T
 
     def coordinates(self, states: RodStates) -> FloatArray:
         """Path coordinates of states: scaled offset x1 − x0, fx, fy and s_c, shape (n, 4).
@@ -79,7 +79,7 @@ class Branches(Batch):
 
 def end_quantities(states: RodStates) -> FloatArray:
     """Offset x1 − x0 (L), fx, fy (E·I0/L²) and s_c (L) of states, shape (n, 4)."""
-    return np.stack([ends(states).offset, states.fx, states.fy, states.s_c], axis=1)
+    return np.array([ends(states).offset, states.fx, states.fy, states.s_c]).T
 
 
 def violation(states: RodStates) -> FloatArray:

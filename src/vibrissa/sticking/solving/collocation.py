@@ -7,6 +7,7 @@ Paths are followed on few nodes (`following`), cut into smooth parts (`cutting`)
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +18,8 @@ from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
-from vibrissa.sticking.assembly import assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
+from vibrissa.sticking.locks import assembled_curves
 from vibrissa.sticking.piece import CONTACT_SLACK, NO_PIECES, Pieces
 from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.branches import Branches
@@ -85,8 +86,7 @@ def solve_curves(
         normal force vanishes, or as far as the states can be resolved. If false, only round rods in
         the ideal mounting have a retraction, up to tan α = 3.
     onsets : bool
-        Whether only onsets and locks are needed: without any retraction, and without margins of
-        stability where no end depends on them. This takes about half of the time.
+        Whether only onsets and locks are needed, which need no retraction.
 
     Returns
     -------
@@ -161,6 +161,31 @@ def _solved(
     ]
 
 
+class _ResolvedPath(NamedTuple):
+    """A path of one rod, as far as it was resolved.
+
+    Attributes
+    ----------
+    found : Finished
+        Its resolved parts, in the order of x0.
+    whole : bool
+        Whether none of its parts has failed.
+    turned : bool
+        Whether it was followed to a kink at which x0 turns back.
+    """
+
+    found: Finished
+    whole: bool
+    turned: bool
+
+
+class _Paths(NamedTuple):
+    """Paths of one rod: the clamp pushes the tip, or is pulled back; None if not followed."""
+
+    pushed: _ResolvedPath
+    retracted: _ResolvedPath | None
+
+
 def _curves(
     branches: Branches,
     states: RodStates,
@@ -172,37 +197,63 @@ def _curves(
     onsets: bool,
 ) -> list[StickingCurve]:
     """Make the curves of branches: follow each path from its first state, and resolve the path."""
-    count, round_rods, ideal = len(states), section is RodSection.ROUND, mountings[0].is_ideal
-    both = (retract or (ideal and round_rods)) and not onsets
-    most = np.inf if retract else MOST_RETRACTED
-    which = np.tile(np.arange(count), 2 if both else 1)
-    branches, states = branches.take(which), states.take(which)
-    side = np.where(np.arange(len(which)) < count, 1.0, -1.0)
-    ended = _ended(side, section, ideal, most)
-    followed = follow(branches, states, side, model, ended, closeness.longest)
-    followed = followed._replace(knots=_up_to_steep(branches, followed, side, most))
-    # A round rod that is not ideal ends where its margin out of the plane vanishes.
-    margins = not onsets or (round_rods and not ideal)
-    kind = {"round_rods": round_rods, "ideal": ideal, "margins": margins}
-    paths, whole = _resolved(branches, followed, side, model, **kind)
-    uncut, rows = [], [row for row in range(count) if len(paths[row])]
+    ideal = mountings[0].is_ideal
+    # Onsets and locks need no retraction.
+    both = (retract or (ideal and section is RodSection.ROUND)) and not onsets
+    paths = _paths(
+        branches, states, model, section, closeness, retract=retract, ideal=ideal, both=both
+    )
+    rows = [row for row, path in enumerate(paths) if len(path.pushed.found)]
+    uncut = []
     for row in rows:
+        pushed, retracted = paths[row]
+        retraction = NOTHING
         # A retraction on request may be resolved in part only.
-        known = both and (retract or whole[count + row])
-        curve = _uncut(branches, row, paths[row], paths[count + row] if known else NOTHING)
-        turned = bool(followed.turned[row] and whole[row])
+        if retracted is not None and (retract or retracted.whole):
+            retraction = retracted.found
+        curve = _uncut(branches, row, pushed.found, retraction)
+        turned = pushed.turned and pushed.whole
         end, message = (End.SNAPS, "") if turned else (End.NOT_FOLLOWED, NO_END)
         curve = replace(curve, section=section, mounting=mountings[row])
         uncut.append(replace(curve, end=end, end_message=message))
-    assembled = assembled_curves(uncut, [paths[row].limits for row in rows]) if rows else []
+    limits = [paths[row].pushed.found.limits for row in rows]
+    assembled = assembled_curves(uncut, limits) if rows else []
     curves = dict(zip(rows, assembled, strict=True))
-    for row in range(count):
+    for row in range(len(states)):
         theta, eta = float(branches.rods[row, 0]), float(branches.eta[row])
         if row not in curves:
             curves[row] = failed_curve(theta, eta, NOT_RESOLVED)
         elif model is Contact.LINE and not _is_possible(curves[row]):
             curves[row] = failed_curve(theta, eta, NO_SWITCH)
-    return [curves[row] for row in range(count)]
+    return [curves[row] for row in range(len(states))]
+
+
+def _paths(
+    branches: Branches,
+    states: RodStates,
+    model: Contact,
+    section: RodSection,
+    closeness: Closeness,
+    *,
+    retract: bool,
+    ideal: bool,
+    both: bool,
+) -> list[_Paths]:
+    """Follow and resolve the paths of rods; if `both`, those in retraction with the others."""
+    count, round_rods = len(states), section is RodSection.ROUND
+    side = np.ones(count)
+    if both:
+        branches, states = Branches.concatenate([branches] * 2), RodStates.concatenate([states] * 2)
+        side = np.append(side, -side)
+    most = np.inf if retract else MOST_RETRACTED
+    ended = _ended(side, section, ideal, most)
+    followed = follow(branches, states, side, model, ended, closeness.longest)
+    followed = followed._replace(knots=_up_to_steep(branches, followed, side, most))
+    resolved = _resolved(branches, followed, side, model, round_rods=round_rods, ideal=ideal)
+    pushed, retracted = resolved[:count], resolved[count:]
+    if not retracted:
+        return [_Paths(pushed=path, retracted=None) for path in pushed]
+    return [_Paths(pushed=a, retracted=b) for a, b in zip(pushed, retracted, strict=True)]
 
 
 def _uncut(branches: Branches, row: int, pushed: Finished, retraction: Finished) -> StickingCurve:
@@ -262,7 +313,7 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
     some, low = branches.take(knots.branch[last]), knots.take(last - 1)
     share = excess[last - 1] / (excess[last - 1] - excess[last])
     steep = some.prescribing({FX: 1.0 / most, FY: 1.0})
-    states, found = solve(between(low, knots.take(last), share), steep)
+    states, found, _ = solve(between(low, knots.take(last), share), steep)
     return replace(knots, states=knots.states.with_rows(last[found], states.take(found)))
 
 
@@ -274,12 +325,8 @@ def _resolved(
     *,
     round_rods: bool,
     ideal: bool,
-    margins: bool,
-) -> tuple[list[Finished], BoolArray]:
-    """Resolve the parts of each path, in the order of x0, up to a failure.
-
-    Returns the resolved parts of each path, and whether none has failed.
-    """
+) -> list[_ResolvedPath]:
+    """Resolve the parts of each path, in the order of x0, up to a failure."""
     knots, parts = followed.knots, cut(branches, followed, side)
     if round_rods and ideal:
         # In point contact the rod buckles where the offset is zero: later states are not needed.
@@ -289,8 +336,10 @@ def _resolved(
         parts = replace(parts, length=shorter)
     known = parts.take(np.flatnonzero(parts.length > 0.0))
     guess = PathStates(parts=known, unknowns=guessed(known, branches, knots, STATES_ALONG_PART[0]))
-    kind = {"round_rods": round_rods, "ideal": ideal, "margins": margins}
-    solved = (finished(one, branches, side, model, **kind) for one in resolve(guess))
+    solved = (
+        finished(one, branches, side, model, round_rods=round_rods, ideal=ideal)
+        for one in resolve(guess)
+    )
     found = Finished.concatenate([NOTHING, *solved])
     length = found.pieces.stop - found.pieces.start
     covered = np.bincount(found.knot, length, len(knots))[parts.first]
@@ -304,8 +353,14 @@ def _resolved(
     for branch in range(len(side)):
         rows = np.flatnonzero(counts[found.knot] & (knots.branch[found.knot] == branch))
         rows = rows[np.argsort(found.pieces.first_x0[rows])]
-        paths.append(found.take(rows))
-    return paths, whole
+        paths.append(
+            _ResolvedPath(
+                found=found.take(rows),
+                whole=bool(whole[branch]),
+                turned=bool(followed.turned[branch]),
+            )
+        )
+    return paths
 
 
 def _is_possible(curve: StickingCurve) -> bool:

@@ -1,13 +1,13 @@
-"""Finishing of resolved parts: margins of stability, lateral buckling, inadmissible shapes."""
+"""Finishing of resolved parts: states of pieces, lateral buckling, inadmissible shapes."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from vibrissa.mechanics.admissibility import LIMITS, TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
-from vibrissa.mechanics.stability import stability
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import (
@@ -18,16 +18,16 @@ from vibrissa.numerics.spectral import (
     interpolation,
 )
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.assembly import ShapeLimits
+from vibrissa.sticking.locks import ShapeLimits
 from vibrissa.sticking.piece import (
-    MARGINS,
     NO_PIECES,
-    STATES,
+    SAMPLES,
+    STATES_PER_PIECE,
+    PathState,
     Pieces,
-    StickingState,
     rounded_contact,
 )
-from vibrissa.sticking.shapes import ShapesAlongPiece
+from vibrissa.sticking.shapes import ShapesAlongPiece, SolvedParts
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.refinement import PathStates, Resolved
 
@@ -41,8 +41,6 @@ CLOSE, ZOOM = 0.1, 17
 STATES_LOOKED_AT = 17
 # Slope of a tip (rad) above which no rod arches over the surface.
 NEARLY_LEVEL = 0.01
-# Share of the nodes on which the margins of stability are computed, and the fewest nodes.
-STABILITY_NODES, FEWEST_STABILITY_NODES = 0.45, 14
 # Intervals, as fractions of a part, over which the margin is taken as linear to find its zero.
 BUCKLING_WIDTHS = (1e-4, 1e-7)
 
@@ -56,7 +54,7 @@ class Finished(Batch):
     knot : ndarray of int, shape (n,)
         Index of the knot at which the part begins, which is the same for all its pieces.
     pieces : Pieces
-        States, with their margins of stability.
+        States and shapes.
     limits : ShapeLimits
         Where a curve may end on each piece because of the rod's shape.
     residual : ndarray, shape (n,)
@@ -85,17 +83,15 @@ def finished(
     *,
     round_rods: bool,
     ideal: bool,
-    margins: bool,
 ) -> Finished:
-    """Make pieces of resolved parts: add margins of stability and limits of admissible shapes.
+    """Make pieces of resolved parts, with the limits of admissible shapes.
 
     With the `model` POINT, an arch that rises through the surface is located, too. `side` is
     explained in `follow`. `ideal` tells whether all mountings are ideal; lateral buckling of round
-    rods is located here in other mountings only. Without `margins`, which these need, the margins
-    are NaN.
+    rods is located here in other mountings only.
     """
     parts = found.path.parts
-    pieces = _pieces(found, branches, side, round_rods, margins)
+    pieces = _pieces(found, branches, side, round_rods)
     out_of_reach, arches = np.full((2, len(parts)), np.nan)
     reason = np.full(len(parts), "", dtype=object)
     position = chebyshev_nodes(STATES_LOOKED_AT)
@@ -129,11 +125,9 @@ def finished(
     return Finished(knot=parts.first, pieces=pieces, limits=limits, residual=found.residual)
 
 
-def _pieces(
-    found: Resolved, branches: Branches, side: FloatArray, round_rods: bool, margins: bool
-) -> Pieces:
+def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: bool) -> Pieces:
     """Pieces with the states of parts, in the direction in which the parts were followed."""
-    parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES)
+    parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES_PER_PIECE)
     to_states = interpolation(count, places)
     to_states[[0, -1]] = np.eye(count)[[0, -1]]
     offset, fx, fy, moment, phi1, s_c = np.moveaxis(to_states @ found.loads, -1, 0)
@@ -141,17 +135,13 @@ def _pieces(
     way, x1_init, cos = (
         values[parts.branch, None] for values in (side, branches.x1_init, branches.cos)
     )
-    stable = dict.fromkeys(MARGINS, np.full(at.shape, np.nan))
-    if margins:
-        stable = _margins(found.path, places, round_rods)
-    states = StickingState(
+    states = PathState(
         x0=np.where(parts.by_x0[:, None], way * at, (x1_init - offset) / cos),
         reaction_fx=fx,
         reaction_fy=fy,
         reaction_m=moment,
         phi1=phi1,
         s_c=rounded_contact(s_c),
-        **stable,
     )
     stop = parts.start + parts.length
     return Pieces(
@@ -160,19 +150,21 @@ def _pieces(
         start=parts.start,
         stop=stop,
         states=states,
-        shapes=_shapes(found.path, side),
+        shapes=_shapes(found.path, side, round_rods),
     )
 
 
-def _shapes(path: PathStates, side: FloatArray) -> ObjectArray:
+def _shapes(path: PathStates, side: FloatArray, round_rods: bool) -> ObjectArray:
     """Shapes along each part; the parameter of a retracted part changes its sign."""
     parts = path.parts
+    solved = SolvedParts(
+        rods=parts.rods, unknowns=path.unknowns, line=parts.line, round_rods=round_rods
+    )
     shapes = np.empty(len(parts), dtype=object)
     for row, sign in enumerate(side[parts.branch]):
         shapes[row] = ShapesAlongPiece(
-            rod=parts.rods[row],
-            unknowns=path.unknowns[row].copy(),
-            line=bool(parts.line[row]),
+            parts=solved,
+            row=row,
             first=float(sign * parts.start[row]),
             last=float(sign * (parts.start[row] + parts.length[row])),
         )
@@ -192,32 +184,27 @@ def _level(phi1: FloatArray) -> FloatArray:
     return np.union1d(chebyshev_roots(series), extremes)
 
 
-def _margins(path: PathStates, places: FloatArray, round_rods: bool) -> dict[str, FloatArray]:
-    """Margins of stability at fractions of parts, interpolated from half of the states."""
-    count = (path.count + 1) // 2
-    states = path.at(chebyshev_nodes(count)).states
-    few = states.on_nodes(max(round(STABILITY_NODES * states.nodes), FEWEST_STABILITY_NODES))
-    aside = stability_aside(few) if round_rods else np.full(len(few), np.nan)
-    margins, to_places = (
-        {"stability": stability(few), "stability_aside": aside},
-        interpolation(count, places),
-    )
-    return {name: values.reshape(-1, count) @ to_places.T for name, values in margins.items()}
-
-
 def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
     """Parameter values at which rods buckle laterally; NaN if nowhere."""
-    sampled, length = -pieces.samples.stability_aside, pieces.stop - pieces.start
-    rows, none = np.arange(len(pieces)), np.zeros(len(pieces))
-    at = pieces.first(rows, sampled, none, {"stability_aside": 1.0})
-    for row in np.flatnonzero(np.isfinite(at) & (sampled[:, 0] < 0.0)):
-        alone = path.take(np.array([row]))
-        for width in BUCKLING_WIDTHS:
-            places = at[row] + width * length[row] * np.array([-1.0, 1.0])
-            shares = (places - pieces.start[row]) / length[row]
-            before, after = stability_aside(alone.at(shares).states)
-            at[row] = places[0] + before / (before - after) * (places[1] - places[0])
-    return at
+    found = np.full(len(pieces), np.nan)
+    shares = np.linspace(0.0, 1.0, SAMPLES)
+    for row, along in enumerate(pieces.shapes):
+        sampled = chebyshev.chebval(2.0 * shares - 1.0, along.margins[1])
+        buckled = sampled <= 0.0
+        after = int(buckled.argmax())
+        if not buckled.any():
+            continue
+        share = shares[after]
+        if after:
+            before = sampled[after - 1]
+            share -= sampled[after] / (sampled[after] - before) * (share - shares[after - 1])
+            alone = path.take(np.array([row]))
+            for width in BUCKLING_WIDTHS:
+                sides = share + width * np.array([-1.0, 1.0])
+                low, high = stability_aside(alone.at(sides).states)
+                share = sides[0] + low / (low - high) * (sides[1] - sides[0])
+        found[row] = pieces.start[row] + share * (pieces.stop[row] - pieces.start[row])
+    return found
 
 
 def _looked_at(found: Resolved, at: FloatArray) -> Clearance:

@@ -174,7 +174,7 @@ def _next(branches: Branches, last: Knots, before: Knots, step: FloatArray) -> _
     guess = last.states.with_unknowns(last.states.unknowns + way)
     value = np.vecdot(last.direction, branches.coordinates(last.states)) + step
     closing = branches.along(last.direction, value)
-    states, found = solve(guess, closing, TOLERANCE, FEW_ITERATIONS)
+    states, found, _ = solve(guess, closing, TOLERANCE, FEW_ITERATIONS)
     miss = np.abs(states.phi - guess.phi).max(axis=1)
     found &= (miss < TOO_FAR) & (states.s_c > 0.0)
     new, rows = last, np.flatnonzero(found)
@@ -229,7 +229,7 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
     some, old = branches.take(rows), last.take(rows)
     share = np.clip(before[rows] / (before[rows] - after[rows]), 0.0, 1.0)
     guess = replace(between(old, new.take(rows), share), line=np.zeros(len(rows), dtype=bool))
-    states, solved[rows] = solve(guess, some.prescribing({PHI1: 1.0}))
+    states, solved[rows], _ = solve(guess, some.prescribing({PHI1: 1.0}))
     here, ahead, found = new, new, np.flatnonzero(solved[rows])
     if len(found):
         old, states, some = old.take(found), states.take(found), some.take(found)

@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 
 from vibrissa.mechanics.equations import coefficient_decay, ends, largest_residual
-from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.newton import coarse_inverse, solve
 from vibrissa.mechanics.states import SCALARS, RodStates, transfer
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
@@ -42,10 +42,14 @@ class PathStates(Batch):
     ----------
     unknowns : ndarray, shape (n, states, nodes + 3)
         Unknowns of the states of each part, as in `vibrissa.mechanics.states.RodStates`.
+    inverse : ndarray, shape (n, states, k + 3, k + 3), or None
+        Inverse Jacobians of the states on few nodes (`vibrissa.mechanics.newton.coarse_inverse`);
+        None if they are not known.
     """
 
     parts: Parts
     unknowns: FloatArray
+    inverse: FloatArray | None = None
 
     @property
     def count(self) -> int:
@@ -69,11 +73,39 @@ class PathStates(Batch):
 
     def on_nodes(self, nodes: int) -> Self:
         """Interpolate states to another number of nodes along the rod."""
-        return replace(self, unknowns=self.unknowns @ transfer(self.nodes, nodes))
+        return replace(self, unknowns=self.unknowns @ transfer(self.nodes, nodes), inverse=None)
 
     def at(self, position: FloatArray) -> Self:
         """Interpolate the states of each part at the fractions `position` of its length."""
-        return replace(self, unknowns=interpolation(self.count, position) @ self.unknowns)
+        unknowns = interpolation(self.count, position) @ self.unknowns
+        return replace(self, unknowns=unknowns, inverse=None)
+
+    def guess_at(self, position: FloatArray) -> Self:
+        """Interpolate the states as in `at`, and also the inverse Jacobians, to solve them."""
+        guess = self.at(position)
+        if self.inverse is None:
+            return guess
+        return replace(guess, inverse=_interpolated(self.inverse, position))
+
+    def _inverses(self) -> FloatArray:
+        """Inverse Jacobians of the states, interpolated from those of every second state."""
+        few = chebyshev_nodes((self.count + 1) // 2)
+        found = coarse_inverse(self.at(few).states, self.parts.closing_at(few))
+        found = found.reshape(len(self), len(few), *found.shape[1:])
+        return _interpolated(found, chebyshev_nodes(self.count))
+
+    def solved(self) -> Self:
+        """Solve the states, which are at the Chebyshev points; NaN if the iteration diverges."""
+        inverse = self._inverses() if self.inverse is None else self.inverse
+        inverse = inverse.reshape(-1, *inverse.shape[2:])
+        closing = self.parts.closing_at(chebyshev_nodes(self.count))
+        solution = solve(self.states, closing, inverse=inverse)
+        matrices = solution.inverse
+        return replace(
+            self,
+            unknowns=solution.states.unknowns.reshape(self.unknowns.shape),
+            inverse=matrices.reshape(len(self), self.count, *matrices.shape[1:]),
+        )
 
     def residual(self, position: FloatArray) -> FloatArray:
         """Largest residual at fractions `position` of each part; infinite if a state is NaN."""
@@ -117,8 +149,7 @@ def resolve(guess: PathStates) -> Iterator[Resolved]:
         task, halvings = tasks.pop()
         count, nodes = task.count, task.nodes
         position = chebyshev_nodes(count)
-        states = solve(task.states, task.parts.closing_at(position)).states
-        path = replace(task, unknowns=states.unknowns.reshape(task.unknowns.shape))
+        path = task.solved()
         loads = _loads(path)
         rod, decay = _rod_decay(path) < DECAY_TOLERANCE, _decay_along(loads)
         smooth = np.flatnonzero(rod & (decay < DECAY_TOLERANCE))
@@ -126,7 +157,8 @@ def resolve(guess: PathStates) -> Iterator[Resolved]:
         residual[smooth] = path.take(smooth).residual(chebyshev_nodes(2 * count - 1)[1::2])
         resolved = residual < residual_tolerance(nodes)
         if resolved.any():
-            yield Resolved(path=path, loads=loads, residual=residual).take(resolved)
+            known = replace(path, inverse=None)
+            yield Resolved(path=known, loads=loads, residual=residual).take(resolved)
         # More states help only where the rod itself is resolved.
         fine, doubtful = rod & ~resolved, smooth[~resolved[smooth]]
         exact = path.take(doubtful).residual(position) < 0.5 * residual_tolerance(nodes)
@@ -134,7 +166,7 @@ def resolve(guess: PathStates) -> Iterator[Resolved]:
         coarse = np.flatnonzero(~fine & ~resolved)
         finer = [n for n in NODES_ALONG_ROD if n > nodes]
         solved = np.isfinite(path.unknowns)
-        better = replace(task, unknowns=np.where(solved, path.unknowns, task.unknowns))
+        better = replace(path, unknowns=np.where(solved, path.unknowns, task.unknowns))
         if finer and len(coarse):
             tasks.append((better.take(coarse).on_nodes(finer[0]), halvings))
         # Degrees of series; where no number of states is enough, a part is halved.
@@ -143,9 +175,16 @@ def resolve(guess: PathStates) -> Iterator[Resolved]:
         for more in np.unique(wanted[fine]):
             some = better.take(np.flatnonzero(fine & (wanted == more)))
             if np.isfinite(more):
-                tasks.append((some.at(chebyshev_nodes(int(more))), halvings))
+                tasks.append((some.guess_at(chebyshev_nodes(int(more))), halvings))
             elif halvings:
                 tasks += ((half, halvings - 1) for half in _halves(some))
+
+
+def _interpolated(matrices: FloatArray, position: FloatArray) -> FloatArray:
+    """Interpolate matrices along parts, shape (n, states, k, k), to fractions of the parts."""
+    number, states, *shape = matrices.shape
+    rows = interpolation(states, position) @ matrices.reshape(number, states, -1)
+    return rows.reshape(number, len(position), *shape)
 
 
 def _halves(path: PathStates) -> Iterator[PathStates]:

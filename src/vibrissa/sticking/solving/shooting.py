@@ -1,7 +1,7 @@
 """The paper's own procedure, as a check: Runge–Kutta in a Nelder–Mead search, in steps of Δx0."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +19,9 @@ from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, gauss_rule
 from vibrissa.outcomes import Contact, RodSection, Solver, Status
-from vibrissa.sticking.assembly import ShapeLimits, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
-from vibrissa.sticking.piece import STATES, Pieces, StickingState
+from vibrissa.sticking.locks import ShapeLimits, assembled_curves
+from vibrissa.sticking.piece import STATES_PER_PIECE, PathState, Pieces
 
 METHOD = Solver.SHOOTING
 # Largest step between states that are interpolated, in units of x1_init; a larger Δx0 is divided
@@ -255,40 +255,35 @@ def solve_curve(
     return assembled_curves([followed], [_limit(theta, eta, known, start.x1)])[0]
 
 
-def _stepped(states: list[ShotState], step: float, eta: float) -> StickingState:
+def _stepped(states: list[ShotState], step: float, eta: float) -> PathState:
     """Convert the states of a walk to columns."""
     f, alpha, x1, phi1 = np.array([(s.f, s.alpha, s.x1, s.phi1) for s in states]).T
-    unknown = np.full_like(f, np.nan)
-    return StickingState(
+    return PathState(
         x0=step * np.arange(len(states), dtype=np.float64),
         reaction_fx=f * np.sin(alpha),
         reaction_fy=-f * np.cos(alpha),
         reaction_m=-f * (np.cos(alpha) * x1 + np.sin(alpha) * eta),
         phi1=phi1,
         s_c=np.ones_like(f),
-        stability=unknown,
-        stability_aside=unknown,
     )
 
 
-def _smooth_piece(known: StickingState) -> Pieces:
+def _smooth_piece(known: PathState) -> Pieces:
     """Make a piece, with states at Chebyshev points, from a spline through states of a walk."""
     stop, degree = known.x0[-1:], min(SPLINE_DEGREE, len(known) - 1)
     columns = np.stack([*known.columns.values()], axis=-1)
-    spline = make_interp_spline(known.x0, np.nan_to_num(columns), k=degree)
-    smooth = StickingState.from_matrix(spline(stop * chebyshev_nodes(STATES))[None])
-    unknown = np.full((1, STATES), np.nan)
+    spline = make_interp_spline(known.x0, columns, k=degree)
     return Pieces(
         line=np.array([False]),
         by_x0=np.array([True]),
         start=np.zeros(1),
         stop=stop,
-        states=replace(smooth, stability=unknown, stability_aside=unknown),
+        states=PathState.from_matrix(spline(stop * chebyshev_nodes(STATES_PER_PIECE))[None]),
         shapes=np.full(1, None),
     )
 
 
-def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> ShapeLimits:
+def _limit(theta: float, eta: float, states: PathState, x1_init: float) -> ShapeLimits:
     """Shape limits: displacement of the first state with an inadmissible shape; NaN if none."""
     rule = gauss_rule(NODES)
     s = rule.from_start @ arc_density(rule.nodes, theta)

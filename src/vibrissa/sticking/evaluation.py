@@ -129,8 +129,9 @@ class CurveArray:
                 return states.with_rows(known, self.states(index[known], x0[known]))
             return states
         place = self._piece_of(index, x0)
-        within = np.minimum(x0, self.pieces.last_x0[place])
-        return replace(self.pieces.at(place, self.pieces.places_of(place, within)), x0=x0)
+        t = self.pieces.places_of(place, np.minimum(x0, self.pieces.last_x0[place]))
+        states = self.pieces.with_margins(place, t, self.pieces.at(place, t))
+        return replace(states, x0=x0)
 
     def shapes(self, index: IntArray, x0: FloatArray, s: FloatArray) -> Shape:
         """Deformed shapes at the displacements `x0`, none of which is NaN."""
@@ -233,10 +234,14 @@ class CurveArray:
         states = StickingState.unknown(len(mu0))
         ends = np.array([curve.end for curve in self.curves], dtype=object)[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
-        last = self.pieces.states.take((self.stop[index[followed]] - 1, -1))
+        final = self.stop[index[followed]] - 1
+        last = self.pieces.with_margins(
+            final, self.pieces.stop[final], self.pieces.states.take((final, -1))
+        )
         back = self._exit(BACK, index, mu0)
         slips = np.flatnonzero(np.isfinite(back.place))
-        slipping = self.pieces.at(back.piece[slips], back.place[slips])
+        piece, place = back.piece[slips], back.place[slips]
+        slipping = self.pieces.with_margins(piece, place, self.pieces.at(piece, place))
         ends[slips] = End.SLIPS_BACK
         return list(ends), states.with_rows(followed, last).with_rows(slips, slipping)
 
@@ -256,7 +261,8 @@ class CurveArray:
             at = self.pieces.first(place[rows], sampled, -alpha, _slips_back(alpha))
             # If tan α is below μ0 on the whole piece, the tip slips on an earlier one.
             slips = at > self.pieces.start[place[rows]]
-            found = self.pieces.at(place[rows[slips]], at[slips])
+            piece, t = place[rows[slips]], at[slips]
+            found = self.pieces.with_margins(piece, t, self.pieces.at(piece, t))
             states = states.with_rows(rows[slips], found)
             place = place - 1
 

@@ -1,4 +1,4 @@
-"""Assembly of sticking curves from solved pieces: end, lock and first touch of each curve."""
+"""Ends, locks and first touches of sticking curves, which are made of solved pieces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
