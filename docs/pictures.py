@@ -48,8 +48,8 @@ def lateral() -> Figure:
     rod(rods, curve, swing, color=style.COLORS[0])
     rod(rods, curve, swing - 0.3, -1, swing + 0.3, color=style.COLORS[1])
     rods.text(-0.03, 0.3, "1", ha="right")
-    rods.text(swing - 0.2, 0.45, "2", ha="right", color=style.COLORS[0])
-    rods.text(swing + 0.3, 0.5, "3", color=style.COLORS[1])
+    rods.text(swing - 0.06, 0.15, "2", ha="right", color=style.COLORS[0])
+    rods.text(swing + 0.39, 0.45, "3", color=style.COLORS[1])
     side_view(rods, -0.15, 1.15)
     x0 = np.linspace(0.0, swing, 200)
     before = curve.state(x0).reaction_fx
@@ -90,7 +90,7 @@ def mountings() -> Figure:
         panel.plot(x0, curve.mobilised_friction(x0), label=name, **look)
         rod(left, curve, 0.0, **{**look, "linewidth": 1.2})
     panel.axhline(0.3, color=QUIET, linewidth=0.7)
-    panel.text(0.0, 0.305, r"$\mu_0$ = 0.3", color=QUIET, va="bottom")
+    panel.text(0.155, 0.305, r"$\mu_0$ = 0.3", color="0.35", ha="right", va="bottom")
     panel.set(xlabel=r"clamp displacement $x_0$ / $L$", ylabel=r"friction required, $-\tan\alpha$")
     panel.set_ylim(0.0, None)
     labels.at_ends(panel)
@@ -111,10 +111,10 @@ def tapers() -> Figure:
     ]
     force = [-float(curve.state(x0).reaction_fy) for curve, x0 in zip(curves, onset, strict=True)]
     shown = {
-        r"$x_{0,\mathrm{slip}}$ / $L$": ("travel: grows", onset),
-        r"$d\mu/dx_0 \cdot L$": ("error by the step: falls", slope),
-        r"normal force / $(E I_0/L^2)$": ("signal: falls", force),
-        r"$\mu_\mathrm{lock}$": ("largest friction: falls", [curve.mu_lock for curve in curves]),
+        r"$x_{0,\mathrm{slip}}$ / $L$": ("travel of the clamp", onset),
+        r"$d\mu/dx_0 \cdot L$": ("error by the step", slope),
+        r"normal force / $(E I_0/L^2)$": ("signal", force),
+        r"$\mu_\mathrm{lock}$": ("largest friction", [curve.mu_lock for curve in curves]),
     }
     figure = Figure(figsize=(style.PAGE, 1.9), layout="constrained")
     for panel, (name, (title, values)) in zip(figure.subplots(1, 4), shown.items(), strict=True):
@@ -128,20 +128,21 @@ def wave() -> Figure:
     """Draw how slips lock to a wave of the surface."""
     length, amplitude = 0.02, 2e-4
     plane = surfaces.constant(0.3)
-    wavy = plane.with_texture(textures.wave(amplitude=amplitude, wavelength=length))
+    texture = textures.wave(amplitude=amplitude, wavelength=length)
+    wavy = plane.with_texture(texture)
     figure = Figure(figsize=(style.PAGE, 2.6), layout="constrained")
     heights, tips = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 2.2))
-    x = np.linspace(0.0, 0.3, 1200)
-    heights.plot(x, 1e3 * amplitude * np.sin(2 * np.pi * x / length), color=style.SURFACE)
     heights.set(ylabel=r"height / $10^{-3} L$")
     for surface, name, color, dashes in (
-        (plane, "plane: a slip is as long as\nthe friction allows", style.COLORS[1], "--"),
-        (wavy, "wave: one slip for each wave", style.COLORS[0], "-"),
+        (plane, "plane", style.COLORS[1], style.DASHES[1]),
+        (wavy, "wave", style.COLORS[0], style.DASHES[0]),
     ):
         signals = scan(Whisker(theta=2.0, eta=ETA), surface, step=0.0005, to=0.2).to_pandas()
         contact, clamp = signals["contact"].to_numpy(), signals["footpoint"].to_numpy()
         tips.plot(contact, clamp, color=color, linestyle=dashes, label=name, linewidth=1.2)
     first, last = contact.min(), contact.max()
+    x = np.linspace(first, last, 1000)
+    heights.plot(x, 1e3 * texture.height(x), color=style.SURFACE)
     tips.set(xlabel="position of the tip / $L$", ylabel="position of the clamp / $L$")
     tips.set_xlim(first, last)
     for at in np.arange(np.ceil(first / length), last / length) * length:
