@@ -176,6 +176,8 @@ def save(figure: Figure, paths: Sequence[str | Path], title: str = "", study: st
     with applied():
         # Laid out once for all formats, which measure text differently.
         figure.draw_without_rendering()
+    # None means the engine of the settings, and each `savefig` sets it again.
+    with applied(), matplotlib.rc_context({"figure.constrained_layout.use": False}):
         # With "none" in place of None every format would be drawn twice.
         figure.set_layout_engine(None)
         for path in map(Path, paths):
