@@ -22,6 +22,7 @@ ul { padding-left: 1.2rem; margin: 0.5rem 0; }
 .wrong { color: #a3263f; font-weight: 600; }
 .doubtful { color: #7a4a00; font-weight: 600; }
 svg { display: block; width: 100%; height: auto; }
+@media screen { svg { min-width: 36rem; } }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 13px; }
 th, td { padding: 0.15rem 0.6rem; text-align: right; border-bottom: 1px solid #ddd; }
@@ -29,7 +30,7 @@ th { vertical-align: bottom; } td:last-child, th:last-child { text-align: left; 
 summary { cursor: pointer; margin-top: 0.8rem; }
 @page { margin: 14mm; }
 @media print { body { margin: 0; max-width: none; font-size: 10pt; } details { display: none; }
-  section { break-inside: avoid; } }
+  .scroll { overflow: visible; break-inside: avoid; } }
 """
 
 
@@ -46,7 +47,8 @@ def page(found: Identification, source: str, notes: Sequence[str] = ()) -> str:
     summary = found.summary()
     answer, *trust = summary.answer()
     head, comma, rest = answer.partition(", ")
-    head = escape(head).replace("mu0", "μ<sub>0</sub>")
+    # The number stays in one piece.
+    head = escape(head).replace("mu0 = ", "μ<sub>0</sub> = ").replace(" ± ", "&nbsp;±&nbsp;")
     untrusted = [(Grade.WRONG if summary.wrong else Grade.DOUBTFUL, line) for line in trust]
     doubts = [(line.partition(":")[0], line) for line in found.periods.doubts]
     lines = [*summary.details(), *found.periods.left_out, *notes]
@@ -67,10 +69,12 @@ def page(found: Identification, source: str, notes: Sequence[str] = ()) -> str:
 <h1>{head}</h1>
 <p>{escape(rest) if comma else ""}</p>
 {_list(untrusted + doubts)}
-<section role="img" aria-label="Loads and residuals over the position of the clamp; friction with
-its 95 % intervals along the surface. The table below has the numbers.">
+<div class="scroll" tabindex="0" role="region" aria-label="Drawing">
+<div role="img" aria-label="Loads and residuals over the position of the clamp; friction with its
+95 % intervals along the surface. The table below has the numbers.">
 {svg(found)}
-</section>
+</div>
+</div>
 {_list([("", line) for line in lines])}
 <details><summary>All periods</summary>
 <div class="scroll" tabindex="0" role="region" aria-label="All periods">
