@@ -50,5 +50,5 @@ def test_a_legend_is_a_part_below_and_a_bar_of_colours_stays_with_its_panel():
     assert found[1][2] > bar.x1
 
 
-def test_a_single_panel_has_no_parts():
-    assert parts_of(laid_out(1, 1)[0]) == ""
+def test_a_single_panel_and_panels_above_each_other_have_no_parts():
+    assert parts_of(laid_out(1, 1)[0]) == parts_of(laid_out(3, 1, legend=True)[0]) == ""

@@ -10,17 +10,22 @@ from matplotlib.transforms import Bbox
 
 # A part that is narrower, such as a bar of colours, stays with its neighbour; room around a part.
 NARROW, ROOM = 0.2, 0.005
+# If all panels are wider, a figure is not cut: its parts would be no larger than the whole.
+WIDE = 0.7
 
 
 def parts_of(figure: Figure) -> str:
-    """Return the parts of a figure that has been laid out, as JSON; empty if it is one part.
+    """Return the parts of a figure that has been laid out, as JSON; empty if it is not cut.
 
     Each part has left, top, right and bottom as fractions of the figure's size, from its upper left
     corner. The parts are in the order in which they are read: by rows, then from left to right.
     """
     pages = [figure, *figure.subfigs]
     legends = [legend for page in pages for legend in page.legends]
-    found = _joined(_boxes(figure, figure.axes)) + _boxes(figure, legends)
+    panels = _joined(_boxes(figure, figure.axes))
+    if all(box.width > WIDE for box in panels):
+        return ""
+    found = panels + _boxes(figure, legends)
     if len(found) < 2:
         return ""
     rows = _by_rows(found)

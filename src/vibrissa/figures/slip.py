@@ -1,5 +1,7 @@
 """One slip: the poster that shows why a tip slips, and what the clamp feels."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -14,10 +16,11 @@ from vibrissa.figures.style import COLORS, DASHES, END, INK, LOAD, START, Look
 PERIODS = 3
 # Drawn diameter of a rod's base (L), and radius of the friction cone (L).
 THICKNESS, CONE = 0.03, 0.2
-# Distance from each rod to the next, and room around them (L).
-APART, BESIDE, BELOW, ABOVE = 1.2, 0.2, 0.2, 0.25
-# Height of the names below the rods (L).
-LOW = -0.13
+# Room around the rods (L).
+LEFT, RIGHT, BELOW, ABOVE = 0.2, 0.4, 0.2, 0.25
+# Heights of the names below the rods, and of the motion of the clamp (L).
+LOW, SPAN = -0.13, 0.08
+SMALL: Look = {"fontsize": 7, "va": "center"}
 # The three states: name and colour.
 STATES = (
     ("sticking begins", START),
@@ -37,62 +40,61 @@ def slip(rows: pd.DataFrame) -> Figure:
         return style.message("the tip does not slip")
     states = [sticking.iloc[0], sticking.iloc[-1], slipped.iloc[0]]
     figure = style.page(5.2, style.PAGE)
-    rods, needed, loads = figure.subplots(3, 1, height_ratios=(2.3, 1.0, 1.0))
+    grid = figure.add_gridspec(3, 3, height_ratios=(2.3, 1.0, 1.0))
+    rods = [figure.add_subplot(grid[0, column]) for column in range(3)]
+    needed, loads = (figure.add_subplot(grid[line, :]) for line in (1, 2))
     _rods(rods, states)
     _signals(needed, loads, rows[rows["cycle"] <= PERIODS], states)
     return figure
 
 
-def _rods(panel: Axes, states: list[pd.Series]) -> None:
-    """Draw the three rods side by side, with the forces on the first two and the slip."""
+def _rods(panels: Sequence[Axes], states: list[pd.Series]) -> None:
+    """Draw a rod in each panel, with the forces on the first two and the slip."""
     begin, end, _ = states
-    eta, mu0 = float(begin["eta"]), float(begin["mu0"])
-    marks.surface(panel, eta)
-    small: Look = {"fontsize": 7, "va": "center"}
-    for number, (state, (name, color)) in enumerate(zip(states, STATES, strict=True), 1):
-        right = (number - 1) * APART
-        if number > 1:
-            # The rod of the state before, to compare.
-            before = states[number - 2]
-            x, y = np.asarray(before["shape_x"]) + right, np.asarray(before["shape_y"])
-            panel.plot(x, y, color=STATES[number - 2][1], linewidth=0.8, linestyle=DASHES[2])
-        _rod(panel, state, color, right)
-        clamp = right + float(state["footpoint"])
-        marks.clamp(panel, clamp)
-        panel.text(clamp, LOW, str(number), **_circled(color))
-        panel.text(clamp + 0.06, LOW, name, color=color, **small)
-    tips = [float(state["x1"] - (1.0 - state["s_c"])) for state in states]
-    at = APART + tips[1], eta
-    half = np.degrees(np.arctan(mu0))
-    cone: Look = {"facecolor": LOAD, "alpha": 0.13, "linewidth": 0.0}
-    panel.add_patch(Wedge(at, CONE, 90.0 - half, 90.0 + half, **cone))
-    tail = marks.force(panel, at, float(end["alpha"]), CONE)
-    words = "force at the edge\nof the friction cone"
-    panel.text(tail[0] + 0.03, tail[1] - 0.02, words, color=LOAD, **small)
-    ahead = marks.force(panel, (tips[0], eta), float(begin["alpha"]), CONE)
-    panel.text(
-        ahead[0] + 0.03, ahead[1] - 0.02, "force normal\nto the surface", color=LOAD, **small
-    )
-    arrow: Look = {"linewidth": 1.4, "color": INK}
-    jump = [2 * APART + tip for tip in tips]
-    marks.arrow(panel, (jump[1], eta + 0.1), (jump[2], eta + 0.1), **arrow)
-    panel.text(jump[2] + 0.03, eta + 0.1, "the tip slips", **small)
-    start, stop = (APART + float(state["footpoint"]) for state in (begin, end))
-    low = 0.08
-    panel.plot([start, stop], [low, low], "|-", color=INK, linewidth=0.8, markersize=4)
-    text = rf"$x_{{0,\mathrm{{max}}}} = {end['x0']:g}\,L$:" + "\nmotion of the clamp"
-    panel.text(stop + 0.05, low + 0.03, text, **small)
+    eta = float(begin["eta"])
     left = min(float(np.min(state["shape_x"])) for state in states)
     reach = max(float(np.max(state["shape_x"])) for state in states)
-    panel.set_xlim(left - BESIDE, reach + 2 * APART + BESIDE)
-    panel.set(ylim=(-BELOW, eta + ABOVE), aspect="equal")
-    panel.set_axis_off()
+    before = None
+    for number, (panel, state, (name, color)) in enumerate(
+        zip(panels, states, STATES, strict=True), 1
+    ):
+        marks.surface(panel, eta)
+        if before is not None:
+            # The rod of the state before, to compare.
+            look: Look = {"color": STATES[number - 2][1], "linestyle": DASHES[2]}
+            panel.plot(before["shape_x"], before["shape_y"], linewidth=0.8, **look)
+        _rod(panel, state, color)
+        clamp = float(state["footpoint"])
+        marks.clamp(panel, clamp)
+        panel.text(clamp, LOW, str(number), **_circled(color))
+        panel.text(clamp + 0.08, LOW, name, color=color, **SMALL)
+        panel.set(xlim=(left - LEFT, reach + RIGHT), ylim=(-BELOW, eta + ABOVE), aspect="equal")
+        panel.set_axis_off()
+        before = state
+    tips = [float(state["x1"] - (1.0 - state["s_c"])) for state in states]
+    half = np.degrees(np.arctan(float(begin["mu0"])))
+    cone: Look = {"facecolor": LOAD, "alpha": 0.13, "linewidth": 0.0}
+    panels[1].add_patch(Wedge((tips[1], eta), CONE, 90.0 - half, 90.0 + half, **cone))
+    forces = (
+        (begin, "force normal\nto the surface"),
+        (end, "force at the edge\nof the friction cone"),
+    )
+    for panel, tip, (state, words) in zip(panels[:2], tips[:2], forces, strict=True):
+        tail = marks.force(panel, (tip, eta), float(state["alpha"]), CONE)
+        panel.text(tail[0] + 0.03, tail[1] - 0.02, words, color=LOAD, **SMALL)
+    arrow: Look = {"linewidth": 1.4, "color": INK}
+    marks.arrow(panels[2], (tips[1], eta + 0.1), (tips[2], eta + 0.1), **arrow)
+    panels[2].text(tips[2] + 0.03, eta + 0.1, "the tip slips", **SMALL)
+    ends = [float(begin["footpoint"]), float(end["footpoint"])]
+    line: Look = {"color": INK, "linewidth": 0.8, "markersize": 4}
+    panels[1].plot(ends, [SPAN, SPAN], "|-", **line)
+    text = rf"$x_{{0,\mathrm{{max}}}} = {end['x0']:g}\,L$:" + "\nmotion of the clamp"
+    panels[1].text(ends[1] + 0.05, SPAN + 0.03, text, **SMALL)
 
 
-def _rod(panel: Axes, state: pd.Series, color: str, right: float) -> None:
-    """Draw a rod with its taper, moved to the right; its thickness is exaggerated."""
+def _rod(panel: Axes, state: pd.Series, color: str) -> None:
+    """Draw a rod with its taper; its thickness is exaggerated."""
     x, y, phi = (np.asarray(state[f"shape_{name}"]) for name in ("x", "y", "phi"))
-    x = x + right
     s = np.linspace(0.0, 1.0, len(x))
     half = 0.5 * THICKNESS * (1.0 - (1.0 - 1.0 / state["theta"]) * s)
     across = half * np.sin(phi), half * np.cos(phi)
