@@ -31,8 +31,10 @@ extensions = [
     "sphinx.ext.autosummary",
     "numpydoc",
     "sphinx_copybutton",
-    # In docs/site: equations as MathML, links out of docs/ and to equations, excerpts of a search.
+    # In docs/site: equations as MathML and symbols like them, links out of docs/ and to equations,
+    # excerpts of a search.
     "mathml",
+    "symbols",
     "links",
     "excerpts",
 ]

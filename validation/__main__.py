@@ -87,6 +87,7 @@ TASKS = {
         python("docs/generated.py"), "update generated tables in pages", "5 s", ("grimp",)
     ),
     "sketch": Task(python("docs/sketch.py"), "draw docs/sketch.svg with the solver", "5 s"),
+    "pictures": Task(python("docs/pictures.py"), "draw pictures of the pages", "20 s"),
 }
 
 

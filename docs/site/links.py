@@ -34,6 +34,7 @@ TERMS = {
     ("study", "A figure of your own"): "new kind of figure, figure of your own, script",
     ("study", "Point or line contact"): "point contact, line contact",
     ("cluster", "On a cluster"): "cluster, SLURM, PBS, queue, job, partition",
+    ("open", "What the paper left open"): "open questions, which rod, wave, experiment",
     ("ci", "Results in CI"): "CI, continuous integration, GitHub Actions",
     ("python", "Python"): "friction from travel, friction_from_travel, solve_onset",
     ("python", "Gallery"): "gallery, examples",

@@ -249,6 +249,12 @@ def test_help_fits_80_columns_in_panels_and_has_an_example(name, monkeypatch):
         assert f"╭─ {panel} ─" in shown
 
 
+def test_a_mistyped_command_gets_a_suggestion():
+    result = run("slove", *WHISKER)
+    assert result.exit_code == 2 and "Did you mean 'solve'?" in result.output
+    assert "Did you mean" not in run("xyzzy").output
+
+
 @pytest.mark.slow
 def test_an_onset_does_not_wait_for_libraries_that_it_does_not_need():
     program = """

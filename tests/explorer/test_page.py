@@ -225,18 +225,25 @@ class TestPage:
         assert seen(browser, ".stage .rod", "getAttribute('d')") != before
         drag(browser, 100)
         wait_until(browser, "document.querySelector('.said').innerText.includes('x0 reset to 0')")
-        assert "slips at x0 = 0.05284 L" in said(browser)
+        assert "slipped at x0 = 0.05284 L" in said(browser)
+        # The slip leaves the old rod and the length of its jump.
+        assert seen(browser, ".labels .jump-length") == "0.05284 L"
+        assert len(seen(browser, ".stage .slipped", "getAttribute('d')")) > 99
+        click(browser, "[data-x=restart]")
+        wait_until(
+            browser, "document.querySelector('.stage .slipped').getAttribute('d') === 'M0 0'"
+        )
 
     @pytest.mark.parametrize(
         ("address", "words"),
         [
             ("mu0=0.9&clamp=0,2", "Locked"),
             ("theta=2&eta=0.85&mu0=0.9&clamp=0.5", "behind the clamp"),
-            ("theta=1&eta=0.85&mu0=0.9&section=planar&clamp=1", "snaps through"),
+            ("theta=1&eta=0.85&mu0=0.9&section=planar&clamp=1", "snapped through"),
             ("theta=3&eta=0.75&mu0=0.9&contact=line&clamp=0.2", "lies on the surface"),
-            ("theta=2&eta=0.85&mu0=0.4&clamp=-0.1", "The clamp pulls"),
+            ("theta=2&eta=0.85&mu0=0.4&clamp=-0.1", "Pulled by the clamp"),
             ("theta=2&eta=0.85&mu0=0.9&beta=5&clamp=0.6", "not computed in this mounting"),
-            ("theta=2&law=energy&ratio=0.3&clamp=0.1", "releases so much energy"),
+            ("theta=2&law=energy&ratio=0.3&clamp=0.1", "released so much energy"),
             ("theta=99&mu0=x", "θ in the address: must be from 1 to 20"),
             ("clamp=abc&side=behind", "clamp in the address: “abc” is not a number"),
             ("theta=2&pin=x", "a pin in the address has no settings"),
@@ -402,6 +409,100 @@ class TestPage:
         wait_until(browser, "document.querySelector('[data-x=play]').textContent === 'Play'")
         assert value(browser, "clamp") == 50
 
+    def test_a_rod_that_buckles_laterally_turns_for_half_a_second(self, opened):
+        browser = opened("theta=2&eta=0.85&mu0=0.9&clamp=0.5")
+        type_in(browser, "dx0", "0.05")
+        seen(browser, ".stage .clamp", "focus()")
+        browser.evaluate("""window.widths = new Promise((done) => {
+            const widths = [];
+            const look = () => {
+                const state = document.querySelector('[data-x=state]').textContent;
+                const turns = state === 'buckles laterally';
+                if (turns) widths.push(document.querySelector('.stage .rod').getBBox().width);
+                if (!turns && widths.length) done(widths);
+                else requestAnimationFrame(look);
+            };
+            look();
+        }); 0""")
+        browser.press("Home", 36)
+        seen(browser, ".stage .clamp", "focus()")
+        browser.press("PageUp", 33)
+        widths = browser.evaluate("window.widths")
+        # It is seen from the edge of its plane in between.
+        assert len(widths) > 4 and min(widths) < 0.6 * max(widths)
+        wait_until(
+            browser, "document.querySelector('.said').innerText.includes('buckled laterally')"
+        )
+
+    def test_a_message_about_an_event_fades_and_other_messages_stay(self, opened):
+        browser = opened("theta=2&eta=0.85&mu0=0.4")
+        past = "document.querySelector('[data-x=event]').classList.contains('past')"
+        drag(browser, 100)
+        wait_until(browser, "document.querySelector('.said').innerText.includes('slipped')")
+        assert not browser.evaluate(past)
+        later = "window.requestAnimationFrame = ((of) => (f) => of((t) => f(t + 1e4)))"
+        browser.evaluate(f"{later}(requestAnimationFrame); 0")
+        wait_until(browser, past)
+        click(browser, "[data-x=pin]")
+        wait_until(browser, f"!{past}")
+        frames(browser)
+        assert not browser.evaluate(past) and "Pinned" in said(browser)
+
+    def test_a_shape_beyond_the_surface_is_drawn_as_impossible(self, opened):
+        browser = opened("theta=2&eta=0.7&mu0=0.9&clamp=0.3")
+        beyond, rod = (seen(browser, f".stage .{part}", BOX) for part in ("beyond", "rod"))
+        surface = seen(browser, ".stage .surface", BOX)["top"]
+        assert beyond["width"] > 5 and beyond["bottom"] <= surface + 3 and rod["top"] > surface - 9
+        lies = opened("theta=2&eta=0.7&mu0=0.9&clamp=0.3&contact=line")
+        assert seen(lies, ".stage .beyond", "getAttribute('d')") == "M0 0"
+
+    def test_the_length_of_a_force_is_true_to_its_scale(self, opened):
+        def ratio(address):
+            browser = opened(address)
+            d = seen(browser, ".stage .arrow", "getAttribute('d')")
+            x, y, tx, ty = map(float, re.match(r"M(\S+) (\S+)L(\S+) ([^M]+)M", d).groups())
+            name = re.fullmatch(r"f(?:, scale 1:(\d+))?", seen(browser, ".labels .force"))
+            drawn = int(name[1] or 1) * math.hypot(tx - x, ty - y)
+            height = seen(browser, ".stage .height", BOX)["height"]
+            return drawn / height / value(browser, "f"), int(name[1] or 1)
+
+        small, large = ratio("eta=0.7&mu0=2"), ratio("eta=0.7&mu0=2&contact=line&clamp=0.6")
+        assert small[1] == 1 < large[1] and small[0] == pytest.approx(large[0], rel=0.02)
+
+    @pytest.mark.parametrize("width", [390, 1200])
+    @pytest.mark.parametrize(
+        "address",
+        [
+            "mu0=0.45&clamp=0.1",
+            "mu0=0.445&clamp=0.02",
+            "mu0=0.02&clamp=0.001",
+            "theta=1&eta=0.5&mu0=0.3&clamp=0.4",
+            "theta=3&beta=10&delta=3&clamp=0.05&mu0=0.5",
+        ],
+    )
+    def test_no_name_covers_another(self, opened, width, address):
+        browser = opened(address, width)
+        covered = browser.evaluate("""[...document.querySelectorAll('svg')].flatMap((svg) => {
+            const texts = [...svg.querySelectorAll('text:not(.ticks text, .ruler text)')]
+                .map((n) => [n.textContent, n.getBoundingClientRect()])
+                .filter(([text, box]) => text && box.width);
+            const over = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1
+                && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 4;
+            return texts.flatMap(([name, a], i) =>
+                texts.slice(i + 1).filter(([, b]) => over(a, b)).map(([other]) => [name, other]));
+        })""")
+        assert covered == []
+
+    def test_the_introduction_goes_on_when_a_hand_has_done_its_step(self, opened):
+        browser = opened()
+        drag(browser, 100)
+        part = "document.querySelector('.pointed')?.dataset.part"
+        wait_until(browser, f"{part} === 'curve'")
+        drag(browser, 0, HANDLE, down=20)
+        wait_until(browser, f"{part} === 'controls'")
+        type_in(browser, "theta", "3")
+        wait_until(browser, "document.querySelector('.intro').hidden")
+
     def test_the_introduction_has_three_steps(self, opened):
         browser = opened()
         for part in ("stage", "curve", "controls"):
@@ -462,6 +563,8 @@ class TestPage:
         before = browser.evaluate(drawn)
         type_in(browser, "diameter", "2")
         assert browser.evaluate(drawn) != before
+        assert seen(browser, "[data-x=record]") == "scan.csv"
+        wait_until(browser, "document.querySelector('[data-x=misfit]').textContent !== ''")
 
     def test_what_is_seen_is_exported_with_its_parameters(self, opened):
         browser = opened("theta=2&eta=0.85&mu0=0.4")
@@ -477,6 +580,7 @@ class TestPage:
             wait_until(browser, "window.made !== null")
 
         made("svg")
+        wait_until(browser, "document.querySelector('.said').innerText.includes('vibrissa.svg is')")
         text = browser.evaluate("window.made.text()")
         assert text.startswith("<svg") and text.count("<svg") == 8 and "var(" not in text
         assert "θ = 2, η = 0.85 L, μ0 = 0.4" in text and "Sticking curve" in text
@@ -514,7 +618,12 @@ def functions(browser):
     """Functions of the page without the page."""
     browser.open("about:blank")
     script = bundle(
-        "solver/motion.js", "view/recording.js", "view/settings.js", "view/model.js", "view/svg.js"
+        "solver/motion.js",
+        "view/recording.js",
+        "view/settings.js",
+        "view/model.js",
+        "view/svg.js",
+        "view/misfit.js",
     )
     browser.evaluate(f"{script}; 0")
     return browser
@@ -654,6 +763,22 @@ class TestFunctions:
     def test_a_file_that_is_no_recording_is_told(self, functions, text, message):
         found = functions.evaluate(f"readRecording('a.csv', {json.dumps(text)}).message")
         assert message in found
+
+    def test_a_recording_has_a_measure_of_fit(self, functions):
+        found = functions.evaluate("""(() => {
+            const model = new Model();
+            model.moveTo(0.04);
+            const rows = model.trace;
+            const clamp = rows.map((row) => row.clamp);
+            const [fx, fy] = ['fx', 'fy'].map((key) => rows.map((row) => row[key]));
+            const away = 0.1 * (Math.max(...fx) - Math.min(...fx));
+            const near = { name: '', clamp: [...clamp, 0.5], m: [],
+                fx: [...fx.map((force) => force + away), NaN], fy: [...fy, NaN] };
+            const far = { ...near, clamp: near.clamp.map((place) => place + 1) };
+            return [misfitOf(rows, near), misfitOf(rows, far)];
+        })()""")
+        share = re.search(r"Fx 10 %, Fy 0.0 %; (\d+) % of", found[0])
+        assert share and 90 < int(share[1]) < 100 and "Move the clamp" in found[1]
 
     def test_units_of_a_recording(self, functions):
         # E·I0 = 210 GPa · π · 1 mm⁴ / 64, L = 100 mm

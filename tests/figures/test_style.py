@@ -5,6 +5,8 @@ import re
 import matplotlib
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from figure_rows import drawn
 from vibrissa import provenance
@@ -53,12 +55,18 @@ def test_files_embed_truetype_whole_texts_and_the_same_table_gives_the_same_byte
 @pytest.mark.slow
 def test_a_figure_is_laid_out_once_for_all_formats(tmp_path, monkeypatch):
     """Else its PDF, whose type is measured in another way, would have other axes than its PNG."""
-    figure, layouts = drawn("taper", 3), []
-    engine = figure.get_layout_engine()
-    execute = engine.execute
-    monkeypatch.setattr(engine, "execute", lambda page: layouts.append(page) or execute(page))
+    figure, layouts, drawings = drawn("taper", 3), [], []
+    execute, draw = ConstrainedLayoutEngine.execute, Figure.draw
+    monkeypatch.setattr(
+        ConstrainedLayoutEngine,
+        "execute",
+        lambda engine, page: layouts.append(page) or execute(engine, page),
+    )
+    monkeypatch.setattr(
+        Figure, "draw", lambda page, renderer: drawings.append(page) or draw(page, renderer)
+    )
     style.save(figure, [tmp_path / f"figure.{ending}" for ending in ("svg", "pdf", "png")])
-    assert layouts == [figure]
+    assert layouts == [figure] and len(drawings) == 4
 
 
 @pytest.mark.parametrize(

@@ -83,6 +83,25 @@ def test_equations_have_their_number_beside_them():
     assert shown.startswith("<math") and "mspace" in shown
 
 
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("x0,max at μ0", "<i>x</i><sub>0,max</sub> at <i>μ</i><sub>0</sub>"),
+        ("x0, then Δx0.", "<i>x</i><sub>0</sub>, then <i>Δx</i><sub>0</sub>."),
+        ("fx in E·I0/L²", "<i>f</i><sub>x</sub> in <i>E</i>·<i>I</i><sub>0</sub>/<i>L</i>²"),
+        ("μ_lock of s_c", "<i>μ</i><sub>lock</sub> of <i>s</i><sub>c</sub>"),
+        ("<b>θ</b> = α", "<b><i>θ</i></b> = <i>α</i>"),
+        ('<a href="#θ-x0">κ0</a>', '<a href="#θ-x0"><i>κ</i><sub>0</sub></a>'),
+        *(
+            (text, text)
+            for text in ("<code>μ0</code>", "fxs, ax0, x0_max", "<math><mi>θ</mi></math>")
+        ),
+    ],
+)
+def test_symbols_in_the_text_look_as_in_the_equations(text, shown):
+    assert tool("symbols").with_symbols(text) == shown
+
+
 def test_equations_are_cut_between_their_parts():
     lines = tool("mathml").lines
     assert lines(r"x = 1, \quad y = 2, \qquad z = 3") == ["x = 1,", "y = 2,", "z = 3"]

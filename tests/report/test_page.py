@@ -26,9 +26,9 @@ from vibrissa.tables import schemas
 EVIL = "</script><script>throw 1</script><b>&\"'"
 
 
-def png(width=8, height=8):
+def png(width=8, height=8, parts=""):
     file = io.BytesIO()
-    image.imsave(file, np.zeros((height, width)), format="png")
+    image.imsave(file, np.zeros((height, width)), format="png", metadata={"Parts": parts})
     return file.getvalue()
 
 
@@ -414,3 +414,26 @@ def test_a_phone_shows_a_figure_by_its_tab_and_folds_the_explorer(opened, scheme
     assert page.evaluate("document.documentElement.scrollHeight") < 8000
     dark = page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 26)"
     assert dark == (scheme == "dark")
+
+
+@needs_chromium
+@pytest.mark.slow
+def test_on_a_phone_the_panels_of_a_wide_figure_stand_below_each_other(study_tables, tmp_path):
+    parts = "[[0.0, 0.0, 0.5, 1.0], [0.5, 0.0, 1.0, 0.8], [0.5, 0.8, 1.0, 1.0]]"
+    path = tmp_path / "report.html"
+    wide = Picture(key="wide", caption="", png=png(2160, 900, parts))
+    path.write_text(page(about(), study_tables, [wide]), encoding="utf-8")
+    boxes = """[...document.querySelectorAll('.part')].filter((one) => one.checkVisibility())
+        .map((one) => one.getBoundingClientRect()).map((b) => [b.x, b.y, b.width, b.height])"""
+    with chromium(tmp_path) as browser:
+        browser.open(path.as_uri(), 1200)
+        assert browser.evaluate(boxes) == []
+        browser.open(path.as_uri(), 390)
+        wait_until(browser, "document.querySelectorAll('.part').length === 3")
+        left, top, width, height = np.array(browser.evaluate(boxes)).T
+        assert (np.diff(top) >= height[:-1]).all() and (left + width <= 390).all()
+        # Each has the proportions of its part of the picture.
+        assert width / height == pytest.approx([0.5 * 2.4, 0.5 * 2.4 / 0.8, 0.5 * 2.4 / 0.2], 0.02)
+        scrolls = "document.querySelector('.sheet').scrollWidth > 390"
+        assert not browser.evaluate(scrolls)
+        assert browser.evaluate("document.querySelector('.sheet img').alt") == "Wide: "

@@ -1,5 +1,6 @@
 """The command line ``vibrissa``; each command is loaded when it is called."""
 
+from difflib import get_close_matches
 from importlib import import_module
 from keyword import iskeyword
 from typing import Annotated, Any
@@ -7,6 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from vibrissa.cli.screen import say
 from vibrissa.errors import UndeterminedError, VibrissaError
 
 HELP: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
@@ -38,7 +40,10 @@ class Commands(TyperGroup):
         return TyperCommand(name, help=COMMANDS[name]) if name in COMMANDS else None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Load the called command, and the libraries that it imports."""
+        """Load the called command, and the libraries that it imports; suggest a similar name."""
+        near = get_close_matches(args[0], COMMANDS, n=1)
+        if args[0] not in COMMANDS and near:
+            ctx.fail(f"No such command '{args[0]}'. Did you mean '{near[0]}'?")
         name, _, rest = super().resolve_command(ctx, args)
         return name, command_of(str(name)), rest
 
@@ -50,7 +55,7 @@ class Commands(TyperGroup):
             raise
         except VibrissaError as error:
             for line in str(error).splitlines():
-                typer.echo(f"vibrissa: {line}", err=True)
+                say(f"vibrissa: {line}", err=True)
             raise typer.Exit(1 if isinstance(error, UndeterminedError) else 2) from None
         except OSError as error:
             file = error.filename2 or error.filename

@@ -8,22 +8,25 @@ import numpy as np
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli.options import SETUP, Out, command, hand_out, option
+from vibrissa.cli.options import SETUP, command, hand_out, option
 from vibrissa.cli.warnings import density_of, material_of, warn, with_modulus
 from vibrissa.extras import require
-from vibrissa.quantities.series import check_ending, write
+from vibrissa.files import write_atomically
+from vibrissa.quantities.series import ENDINGS, check_ending, write
 from vibrissa.quantities.units import Measured
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup
 from vibrissa.sensor.setup import TOLERANCES
 from vibrissa.wording import counted, see_page
 
 SIGNALS = "Signals"
+# Ending of a file that becomes a page for people, not a table.
+PAGE = ".html"
 PICTURES = (".png", ".svg", ".pdf")
 PANELS = {**SETUP, SIGNALS: ("transducer", "noise", TOLERANCES)}
 EXAMPLE = "Example: `vibrissa identify scan.csv --rod setup.toml -o friction.csv`"
 
 
-@command(PANELS, EXAMPLE)
+@command(PANELS, EXAMPLE, endings=(*ENDINGS, PAGE))
 def identify(
     recording: Annotated[
         Path,
@@ -49,7 +52,16 @@ def identify(
     delay: Annotated[
         str | None, option("Delay of the readings by a low-pass filter: '4 ms'.", SIGNALS)
     ] = None,
-    output: Out = None,
+    output: Annotated[
+        Path | None,
+        option(
+            "Table to write: .csv or .parquet; - for standard output. With .html: one sheet with "
+            "the loads, mu0 along the surface, residuals and doubts.",
+            "Output",
+            "--output",
+            "-o",
+        ),
+    ] = None,
     profile: Annotated[
         Path | None,
         option(
@@ -75,6 +87,10 @@ def identify(
     laterally, the lines after that are left out, too. The exit code is 2 after an error in the
     input.
     """
+    sheet = output if output is not None and output.suffix.lower() == PAGE else None
+    if sheet is not None:
+        # Fails at once if a library is missing, and takes half a second to load.
+        from vibrissa.strip.page import page
     setup = with_modulus(setup)
     material = material_of(setup)
     density = density_of(setup, material)
@@ -99,8 +115,16 @@ def identify(
         from vibrissa.figures.profile import save_profile
 
         save_profile(found.profile.to_pandas(), picture)
+    notes = list(_notes(found, verbose))
+    lines = [*found.summary().answer(), *found.periods.doubts, *found.summary().details()]
+    known = (found.periods.status == PeriodStatus.SLIP).sum()
     place = "" if output is None else f"{output}: "
-    hand_out(found, place + "\n".join(_lines(found, verbose)), output)
+    written = f"{place}{counted(len(found.periods), 'period')}, friction of {known} of them"
+    text = "\n".join((*lines, *found.periods.left_out, *notes, written))
+    if sheet is not None:
+        with write_atomically(sheet) as temporary:
+            temporary.write_text(page(found, str(recording), notes), encoding="utf-8")
+    hand_out(found, text, None if sheet is not None else output)
     periods = found.periods
     slips = (periods.status == PeriodStatus.SLIP) & (periods.grade != Grade.WRONG)
     # Without the model, the positions may lead to heights that no rod has.
@@ -111,12 +135,8 @@ def identify(
         warn(lowest, onset if np.isfinite(onset) else lowest.curve.x0_lock, material)
 
 
-def _lines(found: Identification, verbose: bool) -> Iterator[str]:
-    """Summarise friction and assumed tolerances; list estimates far from given values, or all."""
-    known = (found.periods.status == PeriodStatus.SLIP).sum()
-    yield f"{counted(len(found.periods), 'period')}, friction of {known} of them"
-    yield str(found.summary())
-    yield from found.periods.notes
+def _notes(found: Identification, verbose: bool) -> Iterator[str]:
+    """Count assumed tolerances; list estimates far from given values, or all."""
     given = [one.parameter for one in found.estimates]
     assumed = list(dict.fromkeys(one.of for one in given if not one.stated))
     if assumed:

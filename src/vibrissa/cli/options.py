@@ -11,6 +11,7 @@ import typer
 from pydantic.fields import FieldInfo
 
 from vibrissa.cli.app import HELP
+from vibrissa.cli.screen import say
 from vibrissa.errors import ArgumentError
 from vibrissa.quantities.series import ENDINGS, STANDARD, Tabular, check_ending, write
 from vibrissa.quantities.units import Kind
@@ -169,4 +170,4 @@ def hand_out(found: Tabular, text: str, output: Path | None) -> None:
     """Print a text, and write a result as a table if an output path is given."""
     if output is not None:
         write(output, found)
-    typer.echo(text, err=output == STANDARD)
+    say(text, err=output == STANDARD)

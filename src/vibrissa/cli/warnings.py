@@ -2,8 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-import typer
-
+from vibrissa.cli.screen import say
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Contact
 from vibrissa.quantities.units import Kind, Measured
@@ -70,7 +69,7 @@ def warn(whisker: Whisker, end: float, material: "Material | None", begin: float
     """
     touch = whisker.curve.x0_touch
     if whisker.contact == Contact.POINT and touch <= end:
-        typer.echo(
+        say(
             f"warning: from x0 = {whisker.units.spelled(touch, Kind.LENGTH, 3)} on the rod passes "
             "through the surface; give --contact line, in which it lies down.",
             err=True,
@@ -82,7 +81,7 @@ def warn(whisker: Whisker, end: float, material: "Material | None", begin: float
     strain = float(most.strain[0]) * whisker.units.unit(Kind.STRAIN)
     if strain > material.yield_strain:
         place = whisker.units.spelled(float(most.place[0]), Kind.LENGTH, 3)
-        typer.echo(
+        say(
             f"warning: the rod yields: its strain reaches {strain:.2%} at {place} from the clamp, "
             f"and {material.name} is elastic up to {material.yield_strain:.2%}. Take a thinner or "
             "a longer rod.",

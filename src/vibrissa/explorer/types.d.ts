@@ -345,11 +345,22 @@ interface View {
   pins: Pin[];
 }
 
+/** The last jump of the tip, which stays visible. */
+interface Jump {
+  before: Line; // the rod before it
+  part: number; // what part of the way from there the rod has gone; 1 if its states on the way are drawn
+  from: number; // the contact point before and after
+  to: number;
+  text: string; // length of the jump
+}
+
 /** All that the drawing of the rod shows. */
 interface Scene {
   settings: Settings;
   now: Reading;
   shape: Shape;
+  facing: number; // side of the tip; between -1 and 1 while the plane of the rod turns
+  jump: Jump | null;
   first: Shape; // shape at α = 0
   length: number; // factor from lengths in L to those on the ruler
   unit: number; // force whose arrow is as long as a quarter of L

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
@@ -61,14 +62,16 @@ def _frames(rows: pd.DataFrame) -> Iterator[Image.Image]:
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(RESOLUTION)
     films = [_Film(panel, steps, room) for panel, steps in zip(panels, scans, strict=True)]
-    # Laid out once; each frame would repeat it.
-    figure.draw_without_rendering()
-    figure.set_layout_engine(None)
+    # What does not move is laid out and drawn once.
+    canvas.draw()  # type: ignore[no-untyped-call]
+    rest = canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
     last = max(float(steps["footpoint"].max()) for steps in scans)
     for clamp in np.linspace(0.0, last, FRAMES):
+        canvas.restore_region(rest)  # type: ignore[no-untyped-call]
         for film in films:
             film.move(float(clamp))
-        canvas.draw()  # type: ignore[no-untyped-call]
+            for artist in film.moving:
+                film.panel.draw_artist(artist)
         pixels = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
         size = canvas.get_width_height()
         yield Image.frombuffer("RGBA", size, pixels).convert("RGB")
@@ -88,9 +91,13 @@ class _Film:
         self.rod = Line2D([], [], color=COLORS[0], linewidth=1.8)
         self.clamp = Line2D([], [], color=INK, linewidth=3.0)
         self.tip = Line2D([], [], color=COLORS[0], marker="o", markersize=4)
+        self.count = panel.text(room.left + 0.03, room.bottom + 0.03, "")
+        # Each frame draws these, in this order.
+        self.moving: list[Artist] = [self.begun, self.rod, self.clamp, self.tip, self.count]
         for line in (self.begun, self.rod, self.clamp, self.tip):
             panel.add_line(line)
-        self.count = panel.text(room.left + 0.03, room.bottom + 0.03, "")
+        for artist in self.moving:
+            artist.set_animated(True)
 
     def move(self, clamp: float) -> None:
         """Draw the state at the last step up to this position of the clamp (L)."""
@@ -105,5 +112,7 @@ class _Film:
         for place in places[self.slips :]:
             before, after = (float(done["x1"].iloc[at]) for at in (place - 1, place))
             marks.slip(self.panel, before, after, float(now["eta"]), color=END, linewidth=1.0)
+            self.moving.append(self.panel.lines[-1])
+            self.moving[-1].set_animated(True)
         self.slips = len(places)
         self.count.set_text(f"clamp at {now['footpoint']:.3f} $L$, slips: {self.slips}")

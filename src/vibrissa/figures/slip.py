@@ -1,5 +1,7 @@
 """One slip: the poster that shows why a tip slips, and what the clamp feels."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -13,16 +15,17 @@ from vibrissa.figures.style import COLORS, DASHES, END, INK, LOAD, START, Look
 # Number of periods whose loads are drawn.
 PERIODS = 3
 # Drawn diameter of a rod's base (L), and radius of the friction cone (L).
-THICKNESS, CONE = 0.022, 0.2
-# Distance of a number from its rod (L).
-BESIDE = 0.05
-# Limits of the panel with the rods, beside and around the rods (L).
-LEFT, RIGHT, BELOW, ABOVE = 0.36, 0.42, 0.17, 0.27
-# The three states: name, colour, height (share of η) and side (−1: left) of the name.
+THICKNESS, CONE = 0.03, 0.2
+# Room around the rods (L).
+LEFT, RIGHT, BELOW, ABOVE = 0.2, 0.4, 0.2, 0.25
+# Heights of the names below the rods, and of the motion of the clamp (L).
+LOW, SPAN = -0.13, 0.08
+SMALL: Look = {"fontsize": 7, "va": "center"}
+# The three states: name and colour.
 STATES = (
-    ("sticking begins", START, 0.3, -1),
-    ("last state of sticking", END, 0.8, -1),
-    ("after the slip", "#009e73", 0.5, 1),
+    ("sticking begins", START),
+    ("last state of sticking", END),
+    ("after the slip", "#009e73"),
 )
 COLUMNS = ("footpoint", "x0", "x1", "s_c", "cycle", "phase", "alpha", "reaction_fx", "reaction_fy")
 
@@ -36,51 +39,57 @@ def slip(rows: pd.DataFrame) -> Figure:
     if slipped.empty:
         return style.message("the tip does not slip")
     states = [sticking.iloc[0], sticking.iloc[-1], slipped.iloc[0]]
-    figure = style.page(3.7, style.PAGE)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.25))
-    rods = figure.add_subplot(grid[:, 0])
-    needed, loads = (figure.add_subplot(grid[line, 1]) for line in (0, 1))
+    figure = style.page(5.2, style.PAGE)
+    grid = figure.add_gridspec(3, 3, height_ratios=(2.3, 1.0, 1.0))
+    rods = [figure.add_subplot(grid[0, column]) for column in range(3)]
+    needed, loads = (figure.add_subplot(grid[line, :]) for line in (1, 2))
     _rods(rods, states)
     _signals(needed, loads, rows[rows["cycle"] <= PERIODS], states)
     return figure
 
 
-def _rods(panel: Axes, states: list[pd.Series]) -> None:
-    """Draw the three rods, with the forces on the first two, and the slip of the tip."""
-    begin, end, after = states
-    eta, mu0 = float(begin["eta"]), float(begin["mu0"])
-    marks.surface(panel, eta)
-    small: Look = {"fontsize": 7, "va": "center"}
-    for number, state in enumerate(states, 1):
-        name, color, share, side = STATES[number - 1]
-        _rod(panel, state, color)
-        y = share * eta
-        x = float(np.interp(y, state["shape_y"], state["shape_x"])) + side * BESIDE
-        panel.text(x, y, str(number), **_circled(color))
-        ends = "right" if side < 0 else "left"
-        panel.text(x + side * 0.04, y, name, color=color, ha=ends, **small)
-    marks.clamp(panel, float(begin["footpoint"]))
-    marks.clamp(panel, float(after["footpoint"]))
-    tips = [float(state["x1"] - (1.0 - state["s_c"])) for state in states]
-    half = np.degrees(np.arctan(mu0))
-    cone: Look = {"facecolor": LOAD, "alpha": 0.13, "linewidth": 0.0}
-    panel.add_patch(Wedge((tips[1], eta), CONE, 90.0 - half, 90.0 + half, **cone))
-    tail = marks.force(panel, (tips[1], eta), float(end["alpha"]), CONE)
-    panel.text(
-        tail[0] + 0.02, tail[1], "force at the edge\nof the friction cone", color=LOAD, **small
-    )
-    arrow: Look = {"linewidth": 1.4, "color": INK}
-    marks.arrow(panel, (tips[1], eta - 0.035), (tips[2], eta - 0.035), **arrow)
-    panel.text(tips[2] + 0.015, eta - 0.05, "the tip slips", **small)
-    low = -0.13
-    start, stop = float(begin["footpoint"]), float(end["footpoint"])
-    panel.plot([start, stop], [low, low], "|-", color=INK, linewidth=0.8, markersize=4)
-    text = rf"$x_{{0,\mathrm{{max}}}} = {end['x0']:g}\,L$"
-    panel.text(stop + 0.03, low, text + ": motion of the clamp", **small)
+def _rods(panels: Sequence[Axes], states: list[pd.Series]) -> None:
+    """Draw a rod in each panel, with the forces on the first two and the slip."""
+    begin, end, _ = states
+    eta = float(begin["eta"])
     left = min(float(np.min(state["shape_x"])) for state in states)
-    right = max(float(np.max(state["shape_x"])) for state in states)
-    panel.set(xlim=(left - LEFT, right + RIGHT), ylim=(-BELOW, eta + ABOVE), aspect="equal")
-    panel.set_axis_off()
+    reach = max(float(np.max(state["shape_x"])) for state in states)
+    before = None
+    for number, (panel, state, (name, color)) in enumerate(
+        zip(panels, states, STATES, strict=True), 1
+    ):
+        marks.surface(panel, eta)
+        if before is not None:
+            # The rod of the state before, to compare.
+            look: Look = {"color": STATES[number - 2][1], "linestyle": DASHES[2]}
+            panel.plot(before["shape_x"], before["shape_y"], linewidth=0.8, **look)
+        _rod(panel, state, color)
+        clamp = float(state["footpoint"])
+        marks.clamp(panel, clamp)
+        panel.text(clamp, LOW, str(number), **_circled(color))
+        panel.text(clamp + 0.08, LOW, name, color=color, **SMALL)
+        panel.set(xlim=(left - LEFT, reach + RIGHT), ylim=(-BELOW, eta + ABOVE), aspect="equal")
+        panel.set_axis_off()
+        before = state
+    tips = [float(state["x1"] - (1.0 - state["s_c"])) for state in states]
+    half = np.degrees(np.arctan(float(begin["mu0"])))
+    cone: Look = {"facecolor": LOAD, "alpha": 0.13, "linewidth": 0.0}
+    panels[1].add_patch(Wedge((tips[1], eta), CONE, 90.0 - half, 90.0 + half, **cone))
+    forces = (
+        (begin, "force normal\nto the surface"),
+        (end, "force at the edge\nof the friction cone"),
+    )
+    for panel, tip, (state, words) in zip(panels[:2], tips[:2], forces, strict=True):
+        tail = marks.force(panel, (tip, eta), float(state["alpha"]), CONE)
+        panel.text(tail[0] + 0.03, tail[1] - 0.02, words, color=LOAD, **SMALL)
+    arrow: Look = {"linewidth": 1.4, "color": INK}
+    marks.arrow(panels[2], (tips[1], eta + 0.1), (tips[2], eta + 0.1), **arrow)
+    panels[2].text(tips[2] + 0.03, eta + 0.1, "the tip slips", **SMALL)
+    ends = [float(begin["footpoint"]), float(end["footpoint"])]
+    line: Look = {"color": INK, "linewidth": 0.8, "markersize": 4}
+    panels[1].plot(ends, [SPAN, SPAN], "|-", **line)
+    text = rf"$x_{{0,\mathrm{{max}}}} = {end['x0']:g}\,L$:" + "\nmotion of the clamp"
+    panels[1].text(ends[1] + 0.05, SPAN + 0.03, text, **SMALL)
 
 
 def _rod(panel: Axes, state: pd.Series, color: str) -> None:
@@ -98,8 +107,15 @@ def _signals(needed: Axes, loads: Axes, rows: pd.DataFrame, states: list[pd.Seri
     x, mu0 = rows["footpoint"], float(rows["mu0"].iloc[0])
     needed.plot(x, -np.tan(rows["alpha"]), color=INK)
     needed.axhline(mu0, color=LOAD, linewidth=0.9, linestyle=DASHES[1])
-    needed.text(
-        x.max(), mu0, rf"$\mu_0 = {mu0:g}$", color=LOAD, fontsize=7, ha="right", va="bottom"
+    # Clear of the line, and of the names of the loads below.
+    text: Look = {"color": LOAD, "fontsize": 7, "ha": "left", "va": "center"}
+    needed.annotate(
+        rf"$\mu_0 = {mu0:g}$",
+        (1.0, mu0),
+        (4, 0),
+        ("axes fraction", "data"),
+        "offset points",
+        **text,
     )
     needed.set_ylim(-0.12 * mu0, 1.3 * mu0)
     needed.set_title(r"friction that sticking needs, $-\tan\alpha$", loc="left", fontsize=8)
@@ -111,13 +127,13 @@ def _signals(needed: Axes, loads: Axes, rows: pd.DataFrame, states: list[pd.Seri
     for panel in (needed, loads):
         panel.set_xlim(x.min() - 0.03 * np.ptp(x), x.max())
     labels.at_ends(loads)
-    for number, state in enumerate(states, 1):
-        color = STATES[number - 1][1]
+    # Where the number of each state stands (points); the third state is one step after the second.
+    beside = ((9.0, 0.0), (-9.0, 2.0), (10.0, 0.0))
+    for number, ((_, color), state) in enumerate(zip(STATES, states, strict=True), 1):
         at = float(state["footpoint"]), -float(np.tan(state["alpha"]))
         needed.plot(*at, "o", color=color, markersize=3.5, zorder=3)
-        # The third state is one step after the second.
-        right, up = ((-9.0, 9.0), (-10.0, 3.0), (10.0, 0.0))[number - 1]
-        needed.annotate(str(number), at, (right, up), textcoords="offset points", **_circled(color))
+        place = beside[number - 1]
+        needed.annotate(str(number), at, place, textcoords="offset points", **_circled(color))
 
 
 def _circled(color: str) -> Look:

@@ -14,9 +14,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
 
 from vibrissa import __version__
+from vibrissa.figures import parts
 from vibrissa.files import write_atomically
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.provenance import commit
+from vibrissa.study.figures import PARTS
 
 # Keyword arguments of matplotlib, such as colour and line width.
 Look: TypeAlias = dict[str, Any]
@@ -174,10 +176,14 @@ def save(figure: Figure, paths: Sequence[str | Path], title: str = "", study: st
     with applied():
         # Laid out once for all formats, which measure text differently.
         figure.draw_without_rendering()
+    # None means the engine of the settings, and each `savefig` sets it again.
+    with applied(), matplotlib.rc_context({"figure.constrained_layout.use": False}):
         # With "none" in place of None every format would be drawn twice.
         figure.set_layout_engine(None)
         for path in map(Path, paths):
             names = _METADATA[path.suffix]
             metadata = dict(zip(names, about, strict=True)) | _DATELESS.get(path.suffix, {})
+            if path.suffix == ".png":
+                metadata[PARTS] = parts.parts_of(figure)
             with write_atomically(path) as temporary:
                 figure.savefig(temporary, format=path.suffix[1:], metadata=metadata)

@@ -14,6 +14,33 @@ if (tabs.length) {
 }
 if (matchMedia("(max-width: 48rem)").matches) document.querySelector("#motion details").open = false;
 
+// On a phone: the panels of a wide figure stand below each other. Each is a cutting of the picture.
+const phone = matchMedia("(max-width: 31rem)");
+function cut() {
+  if (!phone.matches) return;
+  for (const sheet of all("[data-parts]:not(.cut)")) {
+    const image = sheet.querySelector("img");
+    const { naturalWidth, naturalHeight } = image;
+    if (!naturalWidth) {
+      image.addEventListener("load", cut, { once: true });
+      continue;
+    }
+    for (const [left, top, right, bottom] of JSON.parse(sheet.dataset.parts)) {
+      const [width, height] = [right - left, bottom - top];
+      const part = document.createElement("div");
+      part.className = "part";
+      part.style.cssText = `--share: ${width}; aspect-ratio: ${width * naturalWidth} / ${height * naturalHeight};
+        background-size: ${100 / width}% ${100 / height}%;
+        background-position: ${(100 * left) / (1 - width || 1)}% ${(100 * top) / (1 - height || 1)}%`;
+      part.style.backgroundImage = `url(${image.src})`;
+      sheet.append(part);
+    }
+    sheet.classList.add("cut");
+  }
+}
+phone.addEventListener("change", cut);
+cut();
+
 // A filter shows the statements of one verdict; pressed again, it shows all statements.
 const filters = all("[data-verdict]");
 function filter(verdict) {

@@ -6,10 +6,12 @@ import struct
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
+from PIL import Image
 
 from vibrissa import paper
 from vibrissa.explorer import page as explorer
@@ -19,6 +21,7 @@ from vibrissa.paper.reproduction import reproduced
 from vibrissa.report import facts, tables
 from vibrissa.report.motion import motion
 from vibrissa.report.spelling import with_symbols
+from vibrissa.study.figures import PARTS
 from vibrissa.tables.query import Readable
 from vibrissa.wording import figure_name
 
@@ -52,8 +55,13 @@ class Picture:
 
     @property
     def is_wide(self) -> bool:
-        """Whether the figure is wider than the screen of a phone, where it scrolls."""
+        """Whether the figure is wider than a phone's screen: there it is cut up, or scrolls."""
         return self.width > PHONE
+
+    @property
+    def parts(self) -> str:
+        """Parts of the drawing that a phone shows below each other, as JSON: `figures.parts`."""
+        return str(Image.open(BytesIO(self.png)).info.get(PARTS, ""))
 
     @property
     def source(self) -> str:

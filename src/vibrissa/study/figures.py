@@ -29,6 +29,8 @@ SCAN_AXES: Mapping[str, Any] = {
 }
 # Keys that every kind of figure takes.
 LOOK = ("kind", "caption", "size", "formats", "axes")
+# Key of a PNG file that has the parts which a phone shows below each other.
+PARTS = "Parts"
 # Name of the drawing function in a user's script.
 DRAW = "draw"
 

@@ -17,7 +17,13 @@ from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slope import Slope
 
 WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
-EMPTY = {"periods": None, "units": Units(), "estimates": (), "covariance": np.zeros((0, 0))}
+EMPTY = {
+    "recording": None,
+    "periods": None,
+    "units": Units(),
+    "estimates": (),
+    "covariance": np.zeros((0, 0)),
+}
 NONE = Identification(by_model=True, slope=Slope(), **EMPTY)
 
 

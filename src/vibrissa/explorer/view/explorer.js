@@ -1,10 +1,11 @@
 // The page: a user's actions move the model, and each frame shows its state.
 
-import { isOblique } from "../solver/motion.js";
+import { isMirrored, isOblique } from "../solver/motion.js";
 import { RegimeMap } from "../solver/regimes.js";
 import { Controls, element } from "./controls.js";
 import { listenToClamp, listenToCurve, listenToFiles, listenToMap } from "./hands.js";
 import { Introduction, showHelp } from "./help.js";
+import { misfitOf } from "./misfit.js";
 import { Model, pinsOf } from "./model.js";
 import { EnergyPlot, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
 import { Readouts } from "./readouts.js";
@@ -19,6 +20,12 @@ const POINTS = Float64Array.from({ length: 81 }, (_, i) => i / 80);
 /** Milliseconds that the map of regimes may take of a frame, and between two changes of the message. */
 const BUDGET = 5;
 const PATIENCE = 350;
+/** Milliseconds after which the message about an event fades. */
+const FADES = 8000;
+/** Milliseconds in which the plane of the rod turns, or the rod snaps. */
+const TURN = 500;
+/** Milliseconds between two comparisons with a recording. */
+const COMPARED = 300;
 /** Milliseconds after which the page's address is updated. */
 const ADDRESS_AFTER = 300;
 /** Speeds of Play: milliseconds between moves of the clamp, steps in a move, and milliseconds of a slip. */
@@ -31,6 +38,11 @@ const PACES = {
 const CALM = { pause: 250, steps: 1, slip: 0 };
 /** Motion of the clamp during a slip that ends its animation, as a part of the slip. */
 const HURRY = 0.5;
+
+/** Events in which the tip or the plane of the rod jumps. @type {Incident["what"][]} */
+const JUMPS = ["slips", "swings", "snaps"];
+/** What the rod does meanwhile. @type {Partial<Record<Incident["what"], string>>} */
+const MOTIONS = { slips: "slips", swings: "buckles laterally", snaps: "snaps through" };
 
 /** @type {Incident["what"][]} */
 const ENDS = ["swings", "snaps", "slips back", "flies off", "lifts", "inadmissible", "lost"];
@@ -57,14 +69,24 @@ export class Explorer {
       new EnergyPlot(this.graphic("energy")),
     ];
     const [fields, choices, mounting, rod] = ["fields", "choices", "mounting", "rod"].map((name) => this.at(name));
-    this.controls = new Controls({ fields, choices, mounting, rod }, (change) => this.change(change));
-    this.readouts = new Readouts(this.at("readouts"));
+    this.controls = new Controls({ fields, choices, mounting, rod }, (change) => {
+      this.introduction.did("controls");
+      this.change(change);
+    });
+    this.readouts = new Readouts(this.at("readouts"), this.at("more"));
     this.playing = false;
     this.stopAt = Infinity;
     this.due = 0;
     this.clampAim = NaN;
-    /** @type {{ slip: Incident, since: number } | null} */
+    /** The jump that is animated. @type {{ event: Incident, since: number, lasts: number } | null} */
     this.slide = null;
+    /** @type {Omit<Jump, "part"> | null} */
+    this.jump = null;
+    this.byHand = false;
+    this.fadeAt = Infinity;
+    this.fades = false;
+    this.comparedAt = -Infinity;
+    this.uncompared = false;
     /** @type {Partial<Settings> | null} */
     this.waiting = null;
     this.dirty = true;
@@ -72,6 +94,7 @@ export class Explorer {
     /** @type {string | null} */
     this.unspoken = null;
     this.choice = /** @type {HTMLSelectElement} */ (this.at("preset"));
+    this.introduction = new Introduction(this);
     this.listen();
     this.reset();
     this.readAddress();
@@ -96,7 +119,6 @@ export class Explorer {
     listenToMap(this);
     listenToFiles(this);
     showHelp(this.root);
-    const introduction = new Introduction(this);
     /** @type {Record<string, () => void>} */
     const buttons = {
       play: () => this.play(!this.playing),
@@ -109,7 +131,7 @@ export class Explorer {
         this.pins = [];
         this.dirty = true;
       },
-      introduce: () => introduction.show(0),
+      introduce: () => this.introduction.show(0),
     };
     for (const [name, act] of Object.entries(buttons)) this.at(name).addEventListener("click", act);
     const menu = /** @type {HTMLDetailsElement} */ (this.at("menu"));
@@ -124,7 +146,7 @@ export class Explorer {
     });
     addEventListener("hashchange", () => this.readAddress());
     // No introduction for users who follow a link or read a report.
-    if (this.root.closest(".alone") && location.hash === "") introduction.show(0);
+    if (this.root.closest(".alone") && location.hash === "") this.introduction.show(0);
   }
 
   get clampPlace() {
@@ -143,6 +165,7 @@ export class Explorer {
   /** @type {(clamp: number) => void} */
   moveTo(clamp) {
     this.play(false);
+    this.byHand = true;
     this.clampAim = Math.max(CLAMP_RANGE.min, Math.min(CLAMP_RANGE.max, clamp));
   }
 
@@ -156,6 +179,7 @@ export class Explorer {
   stickAt(x0) {
     const { sticking, place } = this.model;
     if (!sticking) return;
+    this.introduction.did("curve");
     const within = Math.min(sticking.high, Math.max(sticking.low, x0));
     this.moveTo(place.clamp + place.side * (within - place.x0));
   }
@@ -166,6 +190,7 @@ export class Explorer {
     if (Object.keys(change).every((key) => key === "labels" || key === "speed")) return;
     // The message and the preset's name belong to the previous settings.
     this.say("");
+    this.jump = null;
     this.choice.value = "";
   }
 
@@ -182,6 +207,7 @@ export class Explorer {
   restart() {
     this.play(false);
     this.slide = null;
+    this.jump = null;
     this.clampAim = NaN;
     this.model.restore(0, 0, 1);
     this.stopAt = Infinity;
@@ -207,6 +233,7 @@ export class Explorer {
     this.restart();
     this.told(this.model.moveTo(preset.clamp));
     this.slide = null;
+    this.jump = null;
     this.recorded = () => preset.recording;
     this.say(preset.note);
     this.stopAt = preset.recording ? Math.max(...preset.recording.clamp) : Infinity;
@@ -219,6 +246,7 @@ export class Explorer {
     const { settings } = this.model;
     const made = pinsOf([settings]);
     this.pins = [...this.pins, ...made].slice(-MOST_PINS);
+    this.introduction.did("controls");
     this.say(made.length ? `Pinned: ${rodName(settings)}. Change the rod to compare.` : "There is no curve to pin.");
     this.dirty = true;
   }
@@ -277,17 +305,37 @@ export class Explorer {
     this.dirty = true;
   }
 
-  /** Prepare the message for events, and animate a slip. @type {(events: Incident[]) => void} */
+  /** Prepare the message for events, and animate a jump. @type {(events: Incident[]) => void} */
   told(events) {
     this.dirty = true;
     const { sticking } = this.model;
     if (!sticking || !events.length) return;
-    const slips = events.filter(({ what }) => what === "slips");
-    const alone = slips.length === 1 && !isOblique(sticking.path);
-    this.slide = alone && this.pace.slip ? { slip: slips[0], since: performance.now() } : null;
+    const jumps = isOblique(sticking.path) ? [] : events.filter(({ what }) => JUMPS.includes(what));
+    const last = jumps[jumps.length - 1];
+    const { slip } = this.pace;
+    const lasts = last?.what === "slips" || slip === 0 ? slip : TURN;
+    this.slide = jumps.length === 1 && lasts ? { event: last, since: performance.now(), lasts } : null;
+    this.jump = last ? this.jumpOf(last) : null;
+    if (this.byHand) this.introduction.did("stage");
     // The event that ends the path is more important than those after it.
     const event = events.findLast(({ what }) => ENDS.includes(what)) ?? events[events.length - 1];
     this.unspoken = told(event, sticking, (x) => this.length(x));
+    this.fades = true;
+  }
+
+  /** The rod before a jump, and the way of its contact point. @type {(event: Incident) => Omit<Jump, "part"> | null} */
+  jumpOf({ what, clamp, x0, rest, side }) {
+    const { model } = this;
+    if (!model.sticking) return null;
+    const { path } = model.sticking;
+    const way = what === "swings" && isMirrored(path) ? -side : side;
+    const before = model.reading({ clamp, x0, side: way });
+    const after = model.reading({ clamp, x0: rest, side });
+    if (!before || !after) return null;
+    const { x, y } = path.branch.rod.shape(before.state, POINTS);
+    const line = { x: x.map((value) => clamp + way * value), y };
+    const [from, to] = [before.contact, after.contact];
+    return { before: line, from, to, text: this.length(Math.abs(to - from)) };
   }
 
   /** @type {(value: number) => string} */
@@ -296,9 +344,10 @@ export class Explorer {
     return `${significant(scale.length * withoutNoise(value))} ${name.length}`;
   }
 
-  /** @type {(text: string) => void} */
-  say(text) {
+  /** @type {(text: string, fades?: boolean) => void} */
+  say(text, fades = false) {
     this.unspoken = text;
+    this.fades = fades;
     this.spokenAt = -Infinity;
   }
 
@@ -318,7 +367,24 @@ export class Explorer {
       write(this.at("event"), this.unspoken);
       this.unspoken = null;
       this.spokenAt = now;
+      this.fadeAt = this.fades ? now + FADES : Infinity;
     }
+    this.at("event").classList.toggle("past", now > this.fadeAt);
+    if (this.uncompared && now - this.comparedAt > COMPARED) {
+      this.uncompared = false;
+      this.comparedAt = now;
+      this.compare();
+    }
+  }
+
+  /** Write how well the readings fit the recording that is shown. */
+  compare() {
+    const { settings, trace } = this.model;
+    const recording = this.recorded(settings);
+    this.at("recorded").hidden = !recording;
+    if (!recording) return;
+    write(this.at("record"), recording.name);
+    write(this.at("misfit"), misfitOf(trace, recording));
   }
 
   /** Apply waiting changes and moves; the clamp waits while a slip is animated. @type {(now: number) => void} */
@@ -332,14 +398,15 @@ export class Explorer {
       this.waiting = null;
     }
     if (this.slide) {
-      const { slip, since } = this.slide;
-      const hurried = Math.abs(this.clampAim - slip.clamp) > HURRY * Math.abs(slip.x0);
-      if (hurried || performance.now() - since > this.pace.slip) this.slide = null;
+      const { event, since, lasts } = this.slide;
+      const hurried = Math.abs(this.clampAim - event.clamp) > HURRY * Math.abs(event.x0);
+      if (hurried || performance.now() - since > lasts) this.slide = null;
       this.dirty = true;
       if (this.slide) return;
     }
     if (!Number.isNaN(this.clampAim)) {
       this.told(this.model.moveTo(this.clampAim));
+      this.byHand = false;
       this.clampAim = NaN;
     }
     if (this.playing) this.advance(now);
@@ -356,20 +423,27 @@ export class Explorer {
     }
   }
 
-  /** The reading that is shown: during a slip, of a state on the way. @returns {Reading | undefined} */
-  get shown() {
+  /** Part of the animated jump that is done, from 0 to 1. */
+  get done() {
+    if (!this.slide) return 1;
+    const part = Math.min(1, (performance.now() - this.slide.since) / this.slide.lasts);
+    return part * part * (3 - 2 * part);
+  }
+
+  /** The reading that is shown: during a slip, of a state on the way. @type {(done: number) => Reading | undefined} */
+  shown(done) {
     const { model, slide } = this;
     if (!slide || !model.sticking) return model.now;
-    const { clamp, x0, rest, side } = slide.slip;
-    const part = Math.min(1, (performance.now() - slide.since) / this.pace.slip);
-    const at = x0 + (rest - x0) * part * part * (3 - 2 * part);
+    const { what, clamp, x0, rest, side } = slide.event;
+    const at = what === "slips" ? x0 + (rest - x0) * done : rest;
     return model.reading({ clamp, x0: at, side }) ?? model.now;
   }
 
   show() {
     const { model, root } = this;
     const { settings, sticking, curve, message } = model;
-    const now = this.shown;
+    const { done } = this;
+    const now = this.shown(done);
     this.controls.show(settings);
     root.classList.toggle("si", settings.units === "si");
     root.classList.toggle("ratio", lawOf(settings) !== "free");
@@ -381,9 +455,10 @@ export class Explorer {
     root.classList.toggle("failed", failed || message !== "");
     if (failed || message) write(this.at("state"), `Not solved: ${message}.`);
     if (failed) return this.play(false);
-    const said = this.slide ? "slips" : condition(sticking, now);
+    const said = this.slide ? MOTIONS[this.slide.event.what] ?? "jumps" : condition(sticking, now);
     if (!message) write(this.at("state"), said);
-    this.showStage(now, said);
+    this.showStage(now, said, done);
+    this.uncompared = true;
     const { units, pins } = this;
     const recording = this.recorded(settings);
     const view = { settings, units, sticking, curve, now, trace: model.trace, recording, divisions: this.map.divisions, pins };
@@ -395,14 +470,21 @@ export class Explorer {
     }
   }
 
-  /** @type {(now: Reading, said: string) => void} */
-  showStage(now, said) {
+  /** @type {(now: Reading, said: string, done: number) => void} */
+  showStage(now, said, done) {
     const { settings, sticking } = this.model;
     if (!sticking) return;
     const { rod, force: unit } = sticking.path.branch;
     const shape = rod.shape(now.state, POINTS);
     const first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
-    this.stage.show({ settings, now, shape, first, length: this.units.scale.length, unit, slides: this.slide !== null });
+    const { slide } = this;
+    // A rod that buckles laterally turns about the line from its clamp to its tip, and stays as it is.
+    const turns = slide?.event.what === "swings" && isMirrored(sticking.path);
+    const facing = turns ? -now.side * Math.cos(Math.PI * done) : now.side;
+    const part = slide && !turns && slide.event.what !== "slips" ? done : 1;
+    const jump = this.jump && { ...this.jump, part };
+    const length = this.units.scale.length;
+    this.stage.show({ settings, now, shape, first, facing, jump, length, unit, slides: slide !== null });
     const text = `${this.length(now.clamp)}, ${said}`;
     set(this.stage.clamp, { "aria-valuenow": now.clamp.toFixed(4), "aria-valuetext": text });
   }

@@ -58,7 +58,10 @@ export function listenToClamp(explorer) {
 /** Drag the line of friction, or the point on the sticking curve. @param {Explorer} explorer */
 export function listenToCurve(explorer) {
   const { plot, sliders } = /** @type {StickingPlot} */ (explorer.plots[0]);
-  const friction = (/** @type {number} */ mu0) => explorer.change({ mu0: rounded(mu0, FRICTION_STEP, 0.02, 2) });
+  const friction = (/** @type {number} */ mu0) => {
+    explorer.introduction.did("curve");
+    explorer.change({ mu0: rounded(mu0, FRICTION_STEP, 0.02, 2) });
+  };
   dragged(plot.svg, (event) => {
     explorer.play(false);
     const { mu0 } = explorer.model.settings;
@@ -109,7 +112,7 @@ export function listenToFiles(explorer) {
     const found = text === null ? { message: `${file.name} cannot be read` } : readRecording(file.name, text);
     const ok = "recording" in found;
     if (ok) explorer.recorded = found.recording;
-    explorer.say(ok ? `${file.name} is drawn with the clamp’s forces.` : `${found.message}.`);
+    explorer.say(ok ? `${file.name} is drawn with the load on the clamp.` : `${found.message}.`);
     explorer.dirty = true;
   };
   const input = /** @type {HTMLInputElement} */ (explorer.at("file"));
@@ -134,6 +137,9 @@ export function listenToFiles(explorer) {
     csv: () => new Blob([asCsv(explorer.model.trace, explorer.model.settings, explorer.units)], { type: "text/csv" }),
   };
   for (const [kind, made] of Object.entries(files)) {
-    explorer.at(kind).addEventListener("click", async () => download(`vibrissa.${kind}`, await made()));
+    explorer.at(kind).addEventListener("click", async () => {
+      download(`vibrissa.${kind}`, await made());
+      explorer.say(`vibrissa.${kind} is saved with your downloads.`, true);
+    });
   }
 }

@@ -1,9 +1,11 @@
-// Help on every control, and an introduction in three steps.
+// Help on every control, and an introduction in three steps, each of which ends when a user has done it.
 
 import { element } from "./controls.js";
 
 /** Milliseconds that a pointer rests on a control before its help appears. */
 const RESTS = 500;
+/** Milliseconds from a user's action to the next step of the introduction. */
+const SEEN = 900;
 
 /** Show the help of the control under the pointer or with the focus. @param {HTMLElement} root */
 export function showHelp(root) {
@@ -53,16 +55,28 @@ export class Introduction {
   constructor(explorer) {
     this.explorer = explorer;
     this.steps = /** @type {HTMLElement[]} */ ([...explorer.at("intro").querySelectorAll("[data-at]")]);
-    this.step = 0;
+    this.step = -1;
+    this.done = -1;
     explorer.at("back").addEventListener("click", () => this.show(this.step - 1));
     explorer.at("next").addEventListener("click", () => this.show(this.step + 1));
     explorer.at("close").addEventListener("click", () => this.show(-1));
+  }
+
+  /** Go on if the user has done what the present step asks for: something at this part. @type {(part: string) => void} */
+  did(part) {
+    const { step } = this;
+    if (this.steps[step]?.dataset.at !== part || this.explorer.at("intro").hidden || this.done === step) return;
+    this.done = step;
+    setTimeout(() => {
+      if (this.step === step) this.show(step + 1);
+    }, SEEN);
   }
 
   /** Show a step; past the last step, hide the introduction. @type {(step: number) => void} */
   show(step) {
     const { root } = this.explorer;
     this.step = step;
+    this.done = -1;
     this.explorer.at("intro").hidden = !this.steps[step];
     this.explorer.at("back").toggleAttribute("disabled", step === 0);
     this.explorer.at("next").textContent = step === this.steps.length - 1 ? "Done" : "Next";

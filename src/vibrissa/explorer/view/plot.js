@@ -42,6 +42,7 @@ export class Plot {
     this.width = clientWidth || this.width;
     this.height = clientHeight || this.height;
     set(this.svg, { viewBox: `0 0 ${this.width} ${this.height}` });
+    this.content.width = this.width;
     const { left, right, top, bottom } = this.margin;
     const width = Math.max(0, this.width - left - right);
     set(this.clip, { x: left, y: top, width, height: Math.max(0, this.height - top - bottom) });
@@ -81,6 +82,7 @@ export class Plot {
 
   /** Set the values at the edges; if they have changed, draw the axes. @type {(frame: Frame) => void} */
   setFrame(frame) {
+    this.content.taken.clear();
     const key = [frame.left, frame.right, frame.low, frame.high, this.width, this.height].join();
     if (key === this.key) return;
     [this.key, this.frame] = [key, frame];

@@ -4,6 +4,8 @@ import { force, inclination } from "../solver/rod/state.js";
 import { element } from "./controls.js";
 import { significant, withoutNoise, write } from "./svg.js";
 
+/** Number of readings that are always shown; the others can be unfolded. */
+const FIRST = 6;
 /** @type {[string, string, Quantity, (view: View) => number][]} */
 const READOUTS = [
   ["clamp", "position of the clamp", "length", ({ now }) => now.clamp],
@@ -33,11 +35,14 @@ export function lastStep(onset, step) {
 }
 
 export class Readouts {
-  /** @param {HTMLElement} place */
-  constructor(place) {
-    this.outputs = READOUTS.map(([key, name, quantity, read]) => {
+  /**
+   * @param {HTMLElement} place
+   * @param {HTMLElement} more Place of the readings that can be unfolded.
+   */
+  constructor(place, more) {
+    this.outputs = READOUTS.map(([key, name, quantity, read], i) => {
       const [value, unit] = [element("span", { "data-value": key }), element("small", {})];
-      place.append(element("div", {}, element("dt", {}, name), element("dd", {}, value, " ", unit)));
+      (i < FIRST ? place : more).append(element("div", {}, element("dt", {}, name), element("dd", {}, value, " ", unit)));
       return { value, unit, quantity, read };
     });
   }

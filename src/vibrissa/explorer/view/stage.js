@@ -14,7 +14,19 @@ const RULER = 0.15;
 const KEPT = { from: 0.2, to: 0.55 };
 const ARROW = 0.25;
 const CONE = 0.3;
+/** Longest arrow of a force, in arrows of the force at α = 0: longer ones are drawn at a smaller scale. */
+const LONGEST = 2.4;
+/** Pixels from the surface to the dimension line of a slip. */
+const JUMP = 16;
 const RADIAN = Math.PI / 180;
+
+/** A line between two lines. @type {(from: Line, to: Line, part: number) => Line} */
+function mixed(from, to, part) {
+  return {
+    x: to.x.map((value, i) => from.x[i] + part * (value - from.x[i])),
+    y: to.y.map((value, i) => from.y[i] + part * (value - from.y[i])),
+  };
+}
 
 export class Stage {
   /** @param {SVGSVGElement} svg */
@@ -24,7 +36,7 @@ export class Stage {
     // From back to front.
     for (const name of ["hatch", "surface", "cone", "rail"]) this.parts.part(name, "path");
     this.ruler = drawn(svg, "g", { class: "ruler" });
-    for (const name of ["ghost", "rod", "arrow"]) this.parts.part(name, "path");
+    for (const name of ["slipped", "ghost", "rod", "beyond", "arrow"]) this.parts.part(name, "path");
     this.labels = new Parts(drawn(svg, "g", { class: "labels" }));
     this.contact = drawn(svg, "circle", { class: "contact", r: 6 });
     this.clamp = drawn(svg, "g", { class: "clamp", tabindex: 0, role: "slider", "aria-label": "Clamp" });
@@ -44,6 +56,7 @@ export class Stage {
     this.width = this.svg.clientWidth || this.width;
     this.height = this.svg.clientHeight || this.height;
     set(this.svg, { viewBox: `0 0 ${this.width} ${this.height}` });
+    this.labels.width = this.width;
     this.key = "";
   }
 
@@ -54,26 +67,36 @@ export class Stage {
 
   /** @param {Scene} scene */
   show(scene) {
-    const { settings, now, shape, first } = scene;
+    const { settings, now, shape, first, facing, jump } = scene;
     const { eta, theta, beta, delta } = settings;
     const { side } = now;
     const [cos, sin] = [Math.cos(delta * RADIAN), Math.sin(delta * RADIAN)];
     const begun = now.clamp - side * now.x0;
-    /** @type {(shape: Shape, clamp: number) => { x: Float64Array, y: Float64Array }} */
-    const at = ({ x, y }, clamp) => ({
-      x: x.map((value) => cos * clamp + side * value),
+    /** @type {(shape: Line, clamp: number, way: number) => Line} */
+    const at = ({ x, y }, clamp, way) => ({
+      x: x.map((value) => cos * clamp + way * value),
       y: y.map((value) => sin * clamp + value),
     });
-    const [rod, ghost] = [at(shape, now.clamp), at(first, begun)];
+    const after = at(shape, now.clamp, facing);
+    const rod = jump && jump.part < 1 ? mixed(jump.before, after, jump.part) : after;
+    const ghost = at(first, begun, side);
     const [clamp, rise] = [cos * now.clamp, sin * now.clamp];
     this.look(scene, rod, clamp, rise);
     /** @param {number} y */
     const up = (y) => this.top + (eta - y) * this.scale;
-    /** @param {{ x: Float64Array, y: Float64Array }} line */
+    this.labels.taken.clear();
+    /** @param {Line} line */
     const pixels = (line) => ({ x: line.x.map((value) => this.x(value)), y: line.y.map(up) });
     const [shown, old] = [pixels(rod), pixels(ghost)];
-    this.parts.path("rod", this.outline(theta, shape.s, shown));
+    // No real rod passes through the surface.
+    const above = shown.y.findIndex((y) => y < this.top - 1);
+    const real = above < 0 ? shape.s.length : above + 1;
+    const part = { x: shown.x.subarray(0, real), y: shown.y.subarray(0, real) };
+    this.parts.path("rod", this.outline(theta, shape.s.subarray(0, real), part));
+    this.parts.path("beyond", above < 0 ? "M0 0" : pathThrough(shown.x.subarray(above), shown.y.subarray(above)));
     this.parts.path("ghost", pathThrough(old.x, old.y));
+    const slipped = jump ? pixels(jump.before) : null;
+    this.parts.path("slipped", slipped ? pathThrough(slipped.x, slipped.y) : "M0 0");
     const base = { x: this.x(clamp), y: up(rise) };
     this.drawClamp(base, side * beta);
     const slope = Math.tan(delta * RADIAN);
@@ -88,6 +111,7 @@ export class Stage {
     set(this.labels.parent, { visibility: settings.labels === "on" ? "visible" : "hidden" });
     if (settings.labels === "off") return;
     this.nameForce(settings, contact, force);
+    this.nameJump(jump);
     this.nameLengths(settings, base, { x: this.x(cos * begun), y: up(sin * begun) }, old, side);
   }
 
@@ -166,8 +190,9 @@ export class Stage {
   }
 
   /**
-   * Draw the force of the surface on the rod, and the friction cone; returns the end of the arrow.
-   * @type {(scene: Scene, contact: { x: number, y: number }) => { x: number, y: number }}
+   * Draw the force of the surface on the rod, and the friction cone; returns the end of the arrow. A large force is
+   * drawn at half of the usual scale, or at a quarter, ...: `share` is 2, 4, ...
+   * @type {(scene: Scene, contact: Point) => Point & { share: number }}
    */
   drawForce({ settings: { mu0 }, now, unit }, { x, y }) {
     const reach = CONE * this.scale;
@@ -175,28 +200,39 @@ export class Stage {
     const [wx, wy] = [reach * Math.sin(half), reach * Math.cos(half)];
     const arc = `A${reach} ${reach} 0 0 0 ${x + wx} ${y + wy}`;
     this.parts.path("cone", `M${x} ${y}L${x - wx} ${y + wy}${arc}Z`);
-    const length = (ARROW * this.scale) / unit;
-    const longest = Math.min(1, (1.9 * ARROW * this.scale) / (length * Math.hypot(now.fx, now.fy)));
-    const [dx, dy] = [now.fx * length * longest, -now.fy * length * longest];
+    const size0 = Math.hypot(now.fx, now.fy) / unit;
+    const share = 2 ** Math.max(0, Math.ceil(Math.log2(size0 / LONGEST)));
+    const length = (ARROW * this.scale) / (unit * share);
+    const [dx, dy] = [now.fx * length, -now.fy * length];
     const size = 7 / (Math.hypot(dx, dy) || 1);
     const [tx, ty] = [x + dx, y + dy];
     const [hx, hy] = [dx * size, dy * size];
     const head = `M${tx - hx + 0.5 * hy} ${ty - hy - 0.5 * hx}L${tx} ${ty}`;
     const other = `L${tx - hx - 0.5 * hy} ${ty - hy + 0.5 * hx}`;
     this.parts.path("arrow", `M${x} ${y}L${tx} ${ty}${head}${other}`);
-    return { x: tx, y: ty };
+    return { x: tx, y: ty, share };
+  }
+
+  /** The length of the last slip, above the surface. @param {Jump | null} jump */
+  nameJump(jump) {
+    const [from, to] = jump ? [this.x(jump.from), this.x(jump.to)] : [0, 0];
+    const y = this.top - JUMP;
+    const seen = jump && Math.abs(to - from) > 3;
+    this.labels.path("jump", seen ? `M${from} ${this.top}V${y - 4}M${to} ${this.top}V${y - 4}M${from} ${y}H${to}` : "M0 0");
+    this.labels.text("jump-length", 0.5 * (from + to), y - 5, seen ? jump.text : "", "middle");
   }
 
   /**
    * Names of the force, of its inclination and of the friction cone.
-   * @type {(settings: Settings, contact: { x: number, y: number }, tip: { x: number, y: number }) => void}
+   * @type {(settings: Settings, contact: Point, tip: Point & { share: number }) => void}
    */
   nameForce({ mu0 }, { x, y }, tip) {
     const { labels } = this;
     const alpha = Math.atan2(tip.x - x, tip.y - y);
     const way = Math.sign(alpha) || -1;
     const long = Math.hypot(tip.x - x, tip.y - y) > 14;
-    labels.text("force", tip.x + 9 * way, tip.y + 4, long ? "f" : "", way < 0 ? "end" : "start");
+    const name = tip.share > 1 ? `f, scale 1:${tip.share}` : "f";
+    labels.text("force", tip.x + 9 * way, tip.y + 4, long ? name : "", way < 0 ? "end" : "start");
     labels.path("line", `M${x} ${y}v${0.42 * this.scale}`);
     const radius = 0.36 * this.scale;
     const seen = Math.abs(alpha) > 0.06;

@@ -5,6 +5,13 @@ const NAMESPACE = "http://www.w3.org/2000/svg";
 const SMALLEST_PLAIN = 1e-3;
 /** Rounding errors of a solved state. */
 const NOISE = 1e-11;
+/** Pixels of the width of a letter, and between two lines of text. */
+const LETTER_WIDTH = 6.6;
+const LINE_HEIGHT = 13;
+/** Pixels between a text and the edge of a drawing. */
+const EDGE = 3;
+/** Lines by which a text may move to a place where it covers no other. */
+const SHIFTS = [0, -1, 1, -2, 2];
 
 /** Add an element to a drawing. @type {(parent: Element, name: string, attributes?: Attributes) => SVGElement} */
 export function drawn(parent, name, attributes = {}) {
@@ -33,6 +40,9 @@ export class Parts {
     this.known = new Map();
     /** @type {Map<string, string>} */
     this.drawn = new Map();
+    /** Texts of this frame with their places. @type {Map<string, { x: number, y: number, width: number }>} */
+    this.taken = new Map();
+    this.width = Infinity;
   }
 
   /** The class is the name without its number. @type {(name: string, kind: string) => SVGElement} */
@@ -56,12 +66,34 @@ export class Parts {
     return !known;
   }
 
-  /** @type {(name: string, x: number, y: number, text: string, anchor?: string) => void} */
-  text(name, x, y, text, anchor = "start") {
+  /**
+   * Write a text within the width of the drawing, and where it covers no other text of this frame: at most two lines
+   * from the place that is given.
+   * @type {(name: string, x: number, y: number, text: string, anchor?: string) => void}
+   */
+  text(name, at, given, text, anchor = "start") {
+    const wide = LETTER_WIDTH * text.length;
+    const before = { start: 0, middle: 0.5, end: 1 }[/** @type {"start" | "middle" | "end"} */ (anchor)] * wide;
+    const x = Math.max(Math.min(at, this.width - EDGE - wide + before), EDGE + before);
+    const y = this.freeHeight(name, x - before, given, text);
     if (!this.isNew(name, [x, y, text, anchor].join())) return;
     const node = this.part(name, "text");
     write(node, text);
     if (text) set(node, { x, y, "text-anchor": anchor });
+  }
+
+  /** @type {(name: string, left: number, y: number, text: string) => number} */
+  freeHeight(name, left, y, text) {
+    this.taken.delete(name);
+    if (!text) return y;
+    const width = LETTER_WIDTH * text.length;
+    /** @param {number} at */
+    const isFree = (at) => [...this.taken.values()].every((one) => {
+      return Math.abs(one.y - at) >= LINE_HEIGHT || one.x + one.width <= left || left + width <= one.x;
+    });
+    const place = SHIFTS.map((lines) => y + LINE_HEIGHT * lines).find(isFree) ?? y;
+    this.taken.set(name, { x: left, y: place, width });
+    return place;
   }
 }
 

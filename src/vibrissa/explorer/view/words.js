@@ -4,7 +4,7 @@ import { isMirrored } from "../solver/motion.js";
 import { CHOICES, lawOf, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
 import { spelled } from "./svg.js";
 
-const ANEW = "The model starts again at α = 0.";
+const ANEW = "The model started again at α = 0.";
 
 /**
  * The message for an event; `length` formats a length with its unit.
@@ -14,35 +14,35 @@ export function told(event, { path, friction }, length) {
   const at = length(event.x0);
   switch (event.what) {
     case "slips": {
-      const start = `${event.x0 > 0 ? "" : "The clamp pulls: "}The tip slips at x0 = ${at}`;
-      return event.rest === 0 ? `${start}; x0 reset to 0.` : `${start} and stops at x0 = ${length(event.rest)}.`;
+      const start = `${event.x0 > 0 ? "The tip" : "Pulled by the clamp, the tip"} slipped at x0 = ${at}`;
+      return event.rest === 0 ? `${start}; x0 reset to 0.` : `${start} and stopped at x0 = ${length(event.rest)}.`;
     }
     case "flies off":
-      return `The slip at x0 = ${at} releases so much energy that the tip lifts off or passes the last known state. ${ANEW}`;
+      return `The slip at x0 = ${at} released so much energy that the tip lifted off or passed the last known state. ${ANEW}`;
     case "slides along":
-      return `The tip slides along with the clamp at x0 = ${at}: kinetic friction is as large as static friction.`;
+      return `The tip slid along with the clamp at x0 = ${at}: kinetic friction is as large as static friction.`;
     case "locks":
       return `μ0 = ${spelled(friction.mu0, 3)} is above μ_lock = ${spelled(path.muLock, 4)}: pushing cannot make the tip slip.`;
     case "unlocks":
-      return "The tip is no longer locked.";
+      return "The tip was locked and no longer is.";
     case "lies down":
-      return `The rod lies down on the surface at x0 = ${at}.`;
+      return `The rod lay down on the surface at x0 = ${at}.`;
     case "peels off":
-      return `The rod peels off the surface at x0 = ${at}; only its tip touches.`;
+      return `The rod peeled off the surface at x0 = ${at}; only its tip touches.`;
     case "passes through":
-      return `The tip is parallel to the surface at x0 = ${at}. Beyond, a real rod would lie down (line contact).`;
+      return `The tip became parallel to the surface at x0 = ${at}. Beyond, a real rod would lie down (line contact).`;
     case "comes free":
-      return "The rod no longer penetrates the surface.";
+      return "The rod came free: it no longer penetrates the surface.";
     case "swings":
       return isMirrored(path)
-        ? "The clamp passes under the contact point: the round rod buckles laterally and then trails behind."
-        : `The round rod buckles laterally at x0 = ${at}. Where it goes is not computed in this mounting. ${ANEW}`;
+        ? "The clamp passed under the contact point: the round rod buckled laterally and now trails behind."
+        : `The round rod buckled laterally at x0 = ${at}. Where it went is not computed in this mounting. ${ANEW}`;
     case "slips back":
-      return `The tip slips back at x0 = ${at}. ${ANEW}`;
+      return `The tip slipped back at x0 = ${at}. ${ANEW}`;
     case "snaps":
-      return `The rod snaps through at x0 = ${at}: there is no equilibrium beyond. ${ANEW}`;
+      return `The rod snapped through at x0 = ${at}: there is no equilibrium beyond. ${ANEW}`;
     case "lifts":
-      return `The tip lifts off at x0 = ${at}: the surface would have to pull. ${ANEW}`;
+      return `The tip lifted off at x0 = ${at}: the surface would have to pull. ${ANEW}`;
     case "inadmissible":
       return `At x0 = ${at} ${path.pushed.why}. ${ANEW}`;
     case "lost":

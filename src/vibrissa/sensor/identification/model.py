@@ -18,7 +18,7 @@ from vibrissa.sensor.identification.goodness import (
 )
 from vibrissa.sensor.identification.mixing import MISFIT, StateTable
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus, periods_of
-from vibrissa.sensor.identification.result import Identification
+from vibrissa.sensor.identification.result import Identification, Residuals
 from vibrissa.sensor.identification.screw import pitch_error_of
 from vibrissa.sensor.identification.slips import check_slips
 from vibrissa.sensor.identification.task import Task
@@ -52,7 +52,9 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
     estimates = estimates_of(free, fit.p[fit.free], fit.covariance)
     doubted = not (goodness.fits and fit.settled) or any(one.far for one in estimates)
     periods = read_periods(fit)
+    channels = tuple(CHANNELS[number] for number in task.used)
     found = Identification(
+        recording=task.recording,
         periods=periods.doubted(*_checks(fit, periods)),
         units=task.units,
         by_model=True,
@@ -61,6 +63,7 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
         slope=task.slope,
         goodness=goodness,
         causes=_causes(fit, goodness.fits) if doubted else (),
+        residuals=Residuals(clamp=task.blocks.clamp, values=fit.residuals, channels=channels),
     )
     if not (goodness.fits or periods.coarse):
         found = found.noted(*task.noisier())

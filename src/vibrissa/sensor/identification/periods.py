@@ -149,8 +149,13 @@ class Periods(Batch):
     @property
     def notes(self) -> tuple[str, ...]:
         """Omitted rows and doubts, each with its reason."""
+        return (*self.left_out, *self.doubts)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Reasons to doubt periods, with lines, except those that the summary states."""
         said = [one for one in self.checks if one.periods.any() and not one.summed]
-        return (*self.left_out, *(f"{one.grade}: {one.sentence}{self._where(one)}" for one in said))
+        return tuple(f"{one.grade}: {one.sentence}{self._where(one)}" for one in said)
 
     @property
     def coarse(self) -> list[str]:

@@ -258,6 +258,7 @@ def read_ratio(task: Task) -> Identification:
     hidden = "the forces do not follow a smooth curve: a slip may be hidden"
     against = "the tip cannot slip in this direction"
     return Identification(
+        recording=task.recording,
         periods=periods.ended(status, least - HALF_WIDTH * common).doubted(
             Check(Grade.WRONG, onsets.chance <= UNLIKELY, hidden),
             Check(Grade.WRONG, status == PeriodStatus.BEYOND, against),

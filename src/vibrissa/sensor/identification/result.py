@@ -7,6 +7,7 @@ variance that they have in the ratio (Hausman, 1978).
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from vibrissa.quantities.units import Kind, Units
 from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.profile import ContactProfile
+from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
 from vibrissa.sensor.identification.uncertainty import common_deviation
@@ -69,12 +71,32 @@ class Beside:
         )
 
 
+class Residuals(NamedTuple):
+    """Residuals of the fit of the model to n blocks of consecutive samples.
+
+    Attributes
+    ----------
+    clamp : ndarray, shape (n,)
+        Mean clamp position of each block (L).
+    values : ndarray, shape (n, c)
+        Residuals of the channels that were used, in their standard deviations.
+    channels : tuple of str
+        Names of these channels.
+    """
+
+    clamp: FloatArray
+    values: FloatArray
+    channels: tuple[str, ...]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Identification(Tabular):
     """Friction of the periods of a recording, and whether the recording fits the set-up.
 
     Attributes
     ----------
+    recording : Recording
+        The samples that were used.
     periods : Periods
         Nondimensional periods with their friction.
     units : Units
@@ -98,8 +120,11 @@ class Identification(Tabular):
         Comparison of the two methods; None if only one was used.
     profile : ContactProfile or None
         Contact point of each sample; None unless it was asked for.
+    residuals : Residuals or None
+        Residuals of the fit of the model; None if friction was estimated by the ratio.
     """
 
+    recording: Recording
     periods: Periods
     units: Units
     by_model: bool
@@ -110,6 +135,7 @@ class Identification(Tabular):
     causes: tuple[Cause, ...] = ()
     beside: Beside | None = None
     profile: ContactProfile | None = None
+    residuals: Residuals | None = None
 
     def summary(self) -> FrictionSummary:
         """Mean of μ0, its uncertainty, and the tolerances that cause most of it, as a few lines."""

@@ -99,24 +99,29 @@ class FrictionSummary:
 
     def __str__(self) -> str:
         """Format the summary as lines."""
-        return "\n".join(self._lines())
+        return "\n".join((*self.answer(), *self.details()))
 
-    def _lines(self) -> Iterator[str]:
+    def answer(self) -> Iterator[str]:
+        """Mean friction or a bound of it, and whether to rely on it, as lines."""
         yield from self._mean() if self.used else self._bound()
         if coarse := self.found.periods.coarse:
             yield from coarse
+        elif self.wrong:
+            yield f"do not rely on mu0: {self.wrong} periods graded wrong, see the column doubt"
+        elif self.doubtful:
+            yield f"{counted(self.doubtful, 'period')} in doubt: see the column doubt of the table"
+
+    def details(self) -> Iterator[str]:
+        """Parts of the uncertainty, and how well recording, set-up and methods agree, as lines."""
+        if self.used:
+            yield from self._parts()
+        if self.found.periods.coarse:
             return
         yield from self._fit()
         beside = self.found.beside
         if beside is not None and np.isfinite(beside.difference):
             yield str(beside)
-        if not self.used:
-            return
-        if self.wrong:
-            yield f"do not rely on mu0: {self.wrong} periods graded wrong, see the column doubt"
-        elif self.doubtful:
-            yield f"{counted(self.doubtful, 'period')} in doubt: see the column doubt of the table"
-        if self.variation:
+        if self.used and self.variation:
             # No reading distinguishes friction from the slope of the surface.
             slope = np.rad2deg(self.variation / (1.0 + self.mean**2))
             yield (
@@ -143,6 +148,8 @@ class FrictionSummary:
         digits = int(np.clip(1 - np.floor(np.log10(np.fmax(self.deviation, 1e-9))), 0, 9))
         doubt = " (in doubt)" if self.doubtful + self.wrong > MOST_WRONG * self.used else ""
         yield f"mu0 = {self.mean:.{digits}f} ± {self.deviation:.2g}{doubt}, mean of {self._of}"
+
+    def _parts(self) -> Iterator[str]:
         yield f"± {self.random:.1g} is random, ± {self.common:.1g} the same in all periods"
         gains = {name: to for name, to in self.if_exact.items() if to < HELPS * self.deviation}
         first = [f"{name} (then ± {to:.2g})" for name, to in gains.items()][:NAMED]
