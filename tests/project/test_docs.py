@@ -32,7 +32,7 @@ def test_commands_are_understood(arguments):
 
 
 def test_example_study_is_valid():
-    (_, example), _ = blocks("yaml", ["docs/study.md"])
+    (_, example), *_ = blocks("yaml", ["docs/study.md"])
     study = read_study(None, yaml.safe_load(example))
     assert number_of_points(study.grids["strong_taper"].axes) == 15 * 3 * 3
 

@@ -1,14 +1,17 @@
 """Stick-slip scans."""
 
 from decimal import Decimal
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from responses import by_law
 from vibrissa import Mounting, Status, solve_curve, solve_onset, stick_slip
+from vibrissa.errors import NoResponseError
 from vibrissa.outcomes import End, SlipLaw
-from vibrissa.scanning.cycles import move, stages
+from vibrissa.scanning.cycles import as_far, move, stages
+from vibrissa.scanning.simulation import Outcome, Scan
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sticking.curve import failed_curve
 
@@ -176,3 +179,40 @@ def test_a_scan_whose_rod_passes_through_the_surface_is_marked(stage_angle):
     short = stick_slip(solve_curve(2.0, 0.85), 0.3, 0.01, 2)
     assert not short.penetrates
     assert repr(short) == "outcome      complete: 7 rows, 2 slips"
+
+
+def length_of(turns):
+    return sum(abs(b - a) for a, b in pairwise([D(0), *turns]))
+
+
+@pytest.mark.parametrize(
+    ("reach", "turns"),
+    [
+        ("0.1", ["0.1"]),
+        ("0.3", ["0.3"]),
+        ("0.55", ["0.3", "0.1"]),
+        ("0.95", ["0.3", "0.1", "0.5"]),
+        ("1.3", ["0.3", "0.1", "0.5", "0.1"]),
+    ],
+)
+def test_a_path_is_followed_as_far_as_the_rod_has_states(reach, turns):
+    asked = []
+
+    def scan(turns):
+        asked.append(turns)
+        if length_of(turns) > D(reach):
+            raise NoResponseError("shorten the path")
+        return Scan.without_rows(Outcome.COMPLETE, "")
+
+    found = as_far(scan, "0.1", ["0.3", "0.1", "0.5", "0"])
+    assert found.outcome is Outcome.OUT_OF_REACH and found.message == "shorten the path"
+    fits = [turns for turns in asked if length_of(turns) <= D(reach)]
+    assert max(fits, key=length_of) == list(map(D, turns)) and len(asked) <= 6
+
+
+def test_a_rod_without_states_after_one_step_has_no_scan():
+    def scan(turns):
+        raise NoResponseError("shorten the path")
+
+    with pytest.raises(NoResponseError):
+        as_far(scan, 0.1, [0.4])

@@ -28,7 +28,7 @@ def test_the_schema_is_one_and_describes_every_key():
         (("study",), "a b"),
         (("contact",), "plane"),
         (("chunk",), {"theta": 0}),
-        (("grids",), {}),
+        (("grids", "taper", "points"), 3),
         (("grids", "taper", "cycles"), 3),
         (("grids", "taper", "theta"), 0.5),
         (("scans", "nine_cycles", "cycles"), 1.5),
