@@ -29,3 +29,20 @@ def test_an_operator_that_is_not_finite_has_none_and_spoils_no_other():
     matrices[1] = np.nan
     found = smallest_eigenvalue(lambda u: np.einsum("nij,jn->in", matrices, u), start, [normal])
     assert np.isfinite(found).tolist() == [True, False, True]
+
+
+@pytest.mark.parametrize("rank", [2, 5])
+def test_an_operator_that_converges_early_stays_right_beside_one_that_needs_more_steps(rank):
+    """Its later Lanczos vectors are made of what rounding leaves, and stay in the subspace."""
+    size = 40
+    matrices, start, normal = made(size, 2, 0.9)
+    normal /= np.linalg.norm(normal, axis=0)
+    held = np.eye(size) - np.einsum("in,jn->nij", normal, normal)
+    few = held[0] @ np.random.default_rng(1).normal(size=(size, rank))
+    matrices[0] = -few @ few.T
+    # The image of a vector in the subspace has a large part along the normal.
+    coupled = 100.0 * np.outer(held[0] @ np.random.default_rng(2).normal(size=size), normal[:, 0])
+    matrices[0] += coupled + coupled.T
+    found = smallest_eigenvalue(lambda u: np.einsum("nij,jn->in", matrices, u), start, [normal])
+    expected = np.linalg.eigvalsh(held @ matrices @ held)[:, 0]
+    assert found == pytest.approx(expected, rel=1e-9)

@@ -58,7 +58,10 @@ def smallest_eigenvalue(
             before, smallest = smallest, _smallest(np.array(diagonal), np.array(beside))
             if not (np.abs(smallest - before) > CHANGE).any():
                 break
-        image = _orthogonal(image, known[: first + step])
+        # Twice: what is left of an operator that has converged is small beside what is taken away,
+        # and after one pass its rounding errors would leave the subspace.
+        for _ in range(2):
+            image = _orthogonal(image, known[: first + step])
         beside.append(np.sqrt(_product(image, image)))
         vector = _unit(image)
     return smallest
