@@ -16,7 +16,6 @@ from scipy.integrate import solve_bvp
 from vibrissa import solve_state
 from vibrissa.mechanics.equations import largest_residual
 from vibrissa.mechanics.mounting import IDEAL, rod_columns
-from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.solving import shooting
 from vibrissa.sticking.solving.beginning import begin
@@ -92,7 +91,7 @@ def test_states_on_random_curves(benchmark):
         guess = guessed(parts, branches, followed.knots, FEW)
         path = PathStates(parts=parts, unknowns=guess).on_nodes(NODES)
         for count in (FEW, ENOUGH):
-            path = path.guess_at(chebyshev_nodes(count)).solved()
+            path = path.with_states(count).solved()
         found = path.at(position).states
         return branches, parts, found, largest_residual(found, parts.closing_at(position))
 

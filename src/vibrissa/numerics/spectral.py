@@ -107,6 +107,12 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
     return np.asarray(polynomials @ chebyshev_transform(count))
 
 
+@lru_cache
+def chebyshev_interpolation(count: int, other: int) -> FloatArray:
+    """Matrix from values at `count` Chebyshev points on [0, 1] to values at `other` of them."""
+    return _frozen(interpolation(count, chebyshev_nodes(other)))
+
+
 def chebyshev_roots(coefficients: FloatArray) -> FloatArray:
     """Find the roots of a Chebyshev series in [-1, 1].
 

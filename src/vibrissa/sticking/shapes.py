@@ -10,7 +10,7 @@ from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import SCALARS, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform, interpolation
+from vibrissa.numerics.spectral import chebyshev_interpolation, chebyshev_transform, interpolation
 
 # Share of the nodes on which the margins of stability are computed, and the fewest nodes.
 STABILITY_NODES, FEWEST_STABILITY_NODES = 0.45, 14
@@ -54,7 +54,7 @@ class SolvedParts:
         """
         number, states, columns = self.unknowns.shape
         count = (states + 1) // 2
-        chosen = interpolation(states, chebyshev_nodes(count)) @ self.unknowns
+        chosen = chebyshev_interpolation(states, count) @ self.unknowns
         nodes = columns - SCALARS
         few = RodStates(
             rods=np.repeat(self.rods, count, axis=0),

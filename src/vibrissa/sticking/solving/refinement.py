@@ -16,7 +16,12 @@ from vibrissa.mechanics.newton import coarse_inverse, solve
 from vibrissa.mechanics.states import SCALARS, RodStates, transfer
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform, interpolation
+from vibrissa.numerics.spectral import (
+    chebyshev_interpolation,
+    chebyshev_nodes,
+    chebyshev_transform,
+    interpolation,
+)
 from vibrissa.sticking.solving.cutting import (
     DECAY_TOLERANCE,
     NODES_ALONG_ROD,
@@ -80,19 +85,18 @@ class PathStates(Batch):
         unknowns = interpolation(self.count, position) @ self.unknowns
         return replace(self, unknowns=unknowns, inverse=None)
 
-    def guess_at(self, position: FloatArray) -> Self:
-        """Interpolate the states as in `at`, and also the inverse Jacobians, to solve them."""
-        guess = self.at(position)
-        if self.inverse is None:
-            return guess
-        return replace(guess, inverse=_interpolated(self.inverse, position))
+    def with_states(self, count: int) -> Self:
+        """Interpolate the states and their inverse Jacobians to `count` Chebyshev points."""
+        unknowns = chebyshev_interpolation(self.count, count) @ self.unknowns
+        inverse = None if self.inverse is None else _interpolated(self.inverse, count)
+        return replace(self, unknowns=unknowns, inverse=inverse)
 
     def _inverses(self) -> FloatArray:
         """Inverse Jacobians of the states, interpolated from those of every second state."""
-        few = chebyshev_nodes((self.count + 1) // 2)
-        found = coarse_inverse(self.at(few).states, self.parts.closing_at(few))
-        found = found.reshape(len(self), len(few), *found.shape[1:])
-        return _interpolated(found, chebyshev_nodes(self.count))
+        few = (self.count + 1) // 2
+        closing = self.parts.closing_at(chebyshev_nodes(few))
+        found = coarse_inverse(self.with_states(few).states, closing)
+        return _interpolated(found.reshape(len(self), few, *found.shape[1:]), self.count)
 
     def solved(self) -> Self:
         """Solve the states, which are at the Chebyshev points; NaN if the iteration diverges."""
@@ -175,16 +179,16 @@ def resolve(guess: PathStates) -> Iterator[Resolved]:
         for more in np.unique(wanted[fine]):
             some = better.take(np.flatnonzero(fine & (wanted == more)))
             if np.isfinite(more):
-                tasks.append((some.guess_at(chebyshev_nodes(int(more))), halvings))
+                tasks.append((some.with_states(int(more)), halvings))
             elif halvings:
                 tasks += ((half, halvings - 1) for half in _halves(some))
 
 
-def _interpolated(matrices: FloatArray, position: FloatArray) -> FloatArray:
-    """Interpolate matrices along parts, shape (n, states, k, k), to fractions of the parts."""
+def _interpolated(matrices: FloatArray, count: int) -> FloatArray:
+    """Interpolate matrices along parts, shape (n, states, k, k), to `count` Chebyshev points."""
     number, states, *shape = matrices.shape
-    rows = interpolation(states, position) @ matrices.reshape(number, states, -1)
-    return rows.reshape(number, len(position), *shape)
+    rows = chebyshev_interpolation(states, count) @ matrices.reshape(number, states, -1)
+    return rows.reshape(number, count, *shape)
 
 
 def _halves(path: PathStates) -> Iterator[PathStates]:
