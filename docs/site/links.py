@@ -27,7 +27,10 @@ PAGES = {
 TERMS = {
     ("index", "How to cite"): "cite, citation, authors, DOI, license, BibTeX",
     ("install", "Install"): "conda, Python version, Windows",
-    ("reproduce", "Reproduce the paper"): "CORES, CORES=n, logs, results/<study>/logs/, log of a job",
+    (
+        "reproduce",
+        "Reproduce the paper",
+    ): "CORES, CORES=n, logs, results/<study>/logs/, log of a job",
     ("reproduce", "Archive a study"): "archive, Zenodo, RO-Crate, publication",
     ("reproduce", "Values of θ, μ0, η and Δx0"): "theta grid, θ grid, theta values",
     ("study", "Resume and extend"): "resume, continue, interrupted run, chunk",
