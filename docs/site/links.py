@@ -27,13 +27,16 @@ PAGES = {
 TERMS = {
     ("index", "How to cite"): "cite, citation, authors, DOI, license, BibTeX",
     ("install", "Install"): "conda, Python version, Windows",
-    ("reproduce", "Reproduce the paper"): "CORES, logs, log of a job",
+    (
+        "reproduce",
+        "Reproduce the paper",
+    ): "CORES, CORES=n, logs, results/<study>/logs/, log of a job",
     ("reproduce", "Archive a study"): "archive, Zenodo, RO-Crate, publication",
     ("reproduce", "Values of θ, μ0, η and Δx0"): "theta grid, θ grid, theta values",
     ("study", "Resume and extend"): "resume, continue, interrupted run, chunk",
     ("study", "A figure of your own"): "new kind of figure, figure of your own, script",
     ("study", "Point or line contact"): "point contact, line contact",
-    ("cluster", "On a cluster"): "cluster, SLURM, PBS, queue, job, partition",
+    ("cluster", "On a cluster"): "cluster, SLURM, PBS, queue, job, partition, slurm_partition",
     ("open", "What the paper left open"): "open questions, which rod, wave, experiment",
     ("ci", "Results in CI"): "CI, continuous integration, GitHub Actions",
     ("python", "Python"): "friction from travel, friction_from_travel, solve_onset",

@@ -13,7 +13,7 @@ from sphinx.application import Sphinx
 KEPT = ("code", "pre", "math", "script", "style", "svg", "kbd")
 PART = re.compile(r"(<[^>]*>)")
 SYMBOL = re.compile(
-    r"(?<![\w.@#&/_])(?:"
+    r"(?<![\w.@#&_])(?:"
     r"(?P<stiffness>E·I0)(?P<per>/L²|/L)?(?!\w)"
     r"|(?P<place>Δ?x)(?P<which>[01](?:,(?:slip|max|init))?)(?![\w,]\w)(?!\w)"
     r"|(?P<load>f)(?P<along>[xy])(?!\w)"

@@ -89,6 +89,7 @@ def test_equations_have_their_number_beside_them():
         ("x0,max at μ0", "<i>x</i><sub>0,max</sub> at <i>μ</i><sub>0</sub>"),
         ("x0, then Δx0.", "<i>x</i><sub>0</sub>, then <i>Δx</i><sub>0</sub>."),
         ("fx in E·I0/L²", "<i>f</i><sub>x</sub> in <i>E</i>·<i>I</i><sub>0</sub>/<i>L</i>²"),
+        ("μk/μ0", "<i>μ</i><sub>k</sub>/<i>μ</i><sub>0</sub>"),
         ("μ_lock of s_c", "<i>μ</i><sub>lock</sub> of <i>s</i><sub>c</sub>"),
         ("<b>θ</b> = α", "<b><i>θ</i></b> = <i>α</i>"),
         ('<a href="#θ-x0">κ0</a>', '<a href="#θ-x0"><i>κ</i><sub>0</sub></a>'),

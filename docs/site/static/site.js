@@ -4,7 +4,7 @@ document.addEventListener("DOMContentLoaded", () => {
   for (const one of all("aside.sidebar-drawer")) one.setAttribute("aria-label", "Pages");
   for (const one of all("aside.toc-drawer")) one.setAttribute("aria-label", "On this page");
   // Long lines scroll: by the keyboard, too.
-  for (const one of all("pre, .equation")) one.tabIndex = 0;
+  for (const one of all("pre, .equation, .table-wrapper")) one.tabIndex = 0;
   // The corner of a table is no heading.
   for (const one of all("th:empty")) one.replaceWith(document.createElement("td"));
   if (!document.querySelector("h1")) {
