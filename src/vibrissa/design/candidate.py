@@ -17,9 +17,9 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind
 from vibrissa.sensor.identification.parameters import SLOPE, parameters_of
+from vibrissa.sensor.identification.propagation import step_deviation
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
 from vibrissa.sensor.identification.slips import FALL
-from vibrissa.sensor.identification.uncertainty import step_deviation
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances
 from vibrissa.sensor.transducer import CHANNELS

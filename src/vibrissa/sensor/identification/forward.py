@@ -9,6 +9,7 @@ transducer.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +20,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.scanning.heights import HIGHEST, LOWEST, HeightRange, Heights, check_range
 from vibrissa.scanning.response import Response, States, responses
-from vibrissa.scanning.stage import Stage
+from vibrissa.scanning.stage import Held, Stage
 from vibrissa.sensor.identification.parameters import OF_ROD
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.whisker import Whisker
@@ -29,6 +30,21 @@ from vibrissa.sensor.whisker import Whisker
 FEW, WIDE, ROOM = 4, 0.3, 0.03
 # Number of set-ups whose responses are kept, a few megabytes each.
 KEPT = 8
+
+
+class Changes(NamedTuple):
+    """Derivatives with respect to k parameters of the set-up, at constant u.
+
+    Attributes
+    ----------
+    readings : ndarray, shape (k, n, 3)
+        Derivatives of the readings in n blocks of samples.
+    friction : ndarray, shape (k, p)
+        Derivatives of the friction of p periods, in the middle of the step in which the tip slips.
+    """
+
+    readings: FloatArray
+    friction: FloatArray
 
 
 def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
@@ -56,7 +72,7 @@ def scale_of(size: Mapping[str, float]) -> float:
     return (1.0 + size["stage_scale"]) / (1.0 + size["length"])
 
 
-def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
+def forward_models(task: Task, given: Whisker, *sets: FloatArray) -> list["ForwardModel"]:
     """Solve the rods of several set-ups together, at the heights that the stage passes.
 
     Parameters
@@ -84,7 +100,7 @@ def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
     solved = iter(_kept_responses(tuple(levels)))
     parts = [[_part(part, [next(solved) for _ in part]) for part in heights] for heights in nodes]
     return [
-        SetUp(task=task, given=given, p=p, heights=HeightRange(parts=tuple(some)))
+        ForwardModel(task=task, given=given, p=p, heights=HeightRange(parts=tuple(some)))
         for p, some in zip(sets, parts, strict=True)
     ]
 
@@ -108,8 +124,8 @@ def _nodes(rod: Whisker, height: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class SetUp:
-    """A set-up that deviates from the given one by p, and its rod at all heights of the stage.
+class ForwardModel:
+    """A set-up that deviates from the given one by p, with its rod at all heights of the stage.
 
     The argument `u` of its methods is x0 in the last sample of each period (L). In shapes, k
     is the number of parameters, n that of blocks of samples, and p that of periods.
@@ -125,7 +141,7 @@ class SetUp:
         """Deviation p of each parameter, by the parameter's name."""
         return self.task.sizes_of(self.p)
 
-    def at(self, clamp: FloatArray, contact: ArrayLike) -> tuple[States, FloatArray]:
+    def at(self, clamp: FloatArray, contact: ArrayLike) -> Held:
         """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
         rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
         stage = Stage(rod=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
@@ -135,11 +151,11 @@ class SetUp:
         """Position of the tip in each period, along the surface (L)."""
         return self.at(self.task.ends.clamp, u)[1]
 
-    def states(self, u: FloatArray) -> tuple[States, FloatArray]:
+    def states(self, u: FloatArray) -> Held:
         """States of the rod in all blocks of samples, and their displacements x0 (L)."""
         return self.at(self.task.shown, self.contact(u)[self.task.blocks.period])
 
-    def onset(self, u: FloatArray) -> tuple[States, FloatArray]:
+    def onset(self, u: FloatArray) -> Held:
         """States of the rod, and x0 (L), in the step of the clamp in which the tip slips.
 
         Each period has three: at the start, middle and end of the step, shape (p, 3).
@@ -174,16 +190,8 @@ class SetUp:
                 shown += size * one.effect(loads, *self.task.rows)
         return shown
 
-    def changes(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Differentiate readings and friction with respect to each parameter, at constant `u`.
-
-        Returns
-        -------
-        ndarray, shape (k, n, 3)
-            Derivatives of the readings.
-        ndarray, shape (k, p)
-            Derivatives of the friction in the middle of the step in which the tip slips.
-        """
+    def changes(self, u: FloatArray) -> Changes:
+        """Differentiate readings and friction with respect to each parameter, at constant `u`."""
         parameters, loads = self.task.parameters, self.loads(*self.states(u))
         before, friction = self.readings(loads), self.friction(u)[:, 1]
         readings = np.zeros((len(parameters), *before.shape))
@@ -191,7 +199,9 @@ class SetUp:
         step = np.array([one.step for one in parameters])
         sets = self.p + np.diag(step)
         of_rod = [self.task.number[name] for name in OF_ROD]
-        solved = dict(zip(of_rod, set_ups(self.task, self.given, *sets[of_rod]), strict=True))
+        solved = dict(
+            zip(of_rod, forward_models(self.task, self.given, *sets[of_rod]), strict=True)
+        )
         for k, one in enumerate(parameters):
             if one.effect is not None:
                 readings[k] = one.effect(loads, *self.task.rows)
@@ -200,7 +210,7 @@ class SetUp:
             after = near.loads(*near.states(u))
             readings[k] = (near.readings(after) - before) / step[k]
             frictions[k] = (near.friction(u)[:, 1] - friction) / step[k]
-        return readings, frictions
+        return Changes(readings=readings, friction=frictions)
 
 
 def _without_lock(branch: Response) -> FloatArray:
