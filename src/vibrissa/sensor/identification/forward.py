@@ -23,11 +23,15 @@ from vibrissa.scanning.response import Response, States, responses
 from vibrissa.scanning.stage import Held, Stage
 from vibrissa.sensor.identification.parameters import OF_ROD
 from vibrissa.sensor.identification.task import Task
+from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
-# Number of heights in each part of the range of heights. Width of the widest part, and margin at
-# the ends of the range, both as parts of the gap 1 − η between the surface and an upright rod.
-FEW, WIDE, ROOM = 4, 0.3, 0.03
+# Width of the widest part of the range of heights, and margin at the ends of the range, both as
+# parts of the gap 1 − η between the surface and an upright rod. Number of heights in each part.
+WIDE, ROOM, FEW = 0.3, 0.03, 4
+# Width of a narrow range, as a part of the gap, and number of heights in it: loads that are
+# interpolated in it have errors below 1e-5 of their size, which neighbouring set-ups share.
+NARROW, FEWEST = 0.1, 3
 # Number of set-ups whose responses are kept, a few megabytes each.
 KEPT = 8
 
@@ -117,6 +121,8 @@ def _nodes(rod: Whisker, height: FloatArray) -> FloatArray:
     check_range(rod, low, high)
     room = ROOM * (1.0 - high)
     low, high = max(low - room, LOWEST), min(high + room, HIGHEST)
+    if high - low < NARROW * (1.0 - high):
+        return np.asarray(low + (high - low) * chebyshev_nodes(FEWEST))[None]
     # From part to part the gap to an upright rod grows by the same factor.
     number = max(1, int(np.ceil(np.log((1.0 - low) / (1.0 - high)) / np.log1p(WIDE))))
     edges = 1.0 - np.geomspace(1.0 - low, 1.0 - high, number + 1)
@@ -184,17 +190,29 @@ class ForwardModel:
 
     def readings(self, loads: FloatArray) -> FloatArray:
         """Return the transducer's readings for the loads in n blocks of samples, shape (n, 3)."""
+        return np.asarray(self.scaled(loads) + self.zeros)
+
+    def scaled(self, loads: FloatArray) -> FloatArray:
+        """Return the readings of a transducer whose zeros are right: a linear function of loads."""
         shown = loads.copy()
         for one, size in zip(self.task.parameters, self.p, strict=True):
-            if one.effect is not None and size:
+            if one.effect is not None and size and not one.of_zero:
                 shown += size * one.effect(loads, *self.task.rows)
         return shown
+
+    @cached_property
+    def zeros(self) -> FloatArray:
+        """Zeros of the channels in n blocks of samples, shape (n, 3)."""
+        zeros = np.zeros((len(self.task.blocks), len(CHANNELS)))
+        for one, size in zip(self.task.parameters, self.p, strict=True):
+            if one.effect is not None and size and one.of_zero:
+                zeros = zeros + size * one.effect(zeros, *self.task.rows)
+        return zeros
 
     def changes(self, u: FloatArray) -> Changes:
         """Differentiate readings and friction with respect to each parameter, at constant `u`."""
         parameters, loads = self.task.parameters, self.loads(*self.states(u))
-        before, friction = self.readings(loads), self.friction(u)[:, 1]
-        readings = np.zeros((len(parameters), *before.shape))
+        friction, readings = self.friction(u)[:, 1], np.zeros((len(parameters), *loads.shape))
         frictions = np.zeros((len(parameters), len(u)))
         step = np.array([one.step for one in parameters])
         sets = self.p + np.diag(step)
@@ -208,7 +226,7 @@ class ForwardModel:
                 continue
             near = solved.get(k) or replace(self, p=sets[k])
             after = near.loads(*near.states(u))
-            readings[k] = (near.readings(after) - before) / step[k]
+            readings[k] = self.scaled((after - loads) / step[k])
             frictions[k] = (near.friction(u)[:, 1] - friction) / step[k]
         return Changes(readings=readings, friction=frictions)
 

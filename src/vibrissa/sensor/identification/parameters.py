@@ -85,6 +85,11 @@ class Parameter:
     high: float = np.inf
     step: float = STEP
 
+    @property
+    def of_zero(self) -> bool:
+        """Whether the parameter changes the zero of a channel, whatever the loads are."""
+        return TOLERABLE[self.of].channel >= 0
+
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
