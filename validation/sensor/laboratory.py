@@ -335,7 +335,8 @@ def scores_in(path):
     found = {}
     for one in pd.read_csv(path).to_dict("records"):
         entry = (numbers[one.pop("row")], Said(one.pop("said")), int(one.pop("seed")))
-        found.setdefault(entry, {})[Method(one.pop("method"))] = Score(**one)
+        method = Method(one.pop("method"))
+        found.setdefault(entry, {})[method] = Score(**one)
     return found
 
 
@@ -353,7 +354,9 @@ def main():
     parser.add_argument("--record", action="store_true", help="write the record")
     parser.add_argument("--row", type=int, action="append", help="only these rows, from 0")
     parser.add_argument(
-        "--scores", type=Path, help="file for the scores; those that it has are not computed again"
+        "--scores",
+        type=Path,
+        help="file for the scores; those that it has count, and are not computed again",
     )
     arguments = parser.parse_args()
     from validation.sensor.laboratory_table import passes, table
@@ -375,7 +378,7 @@ def main():
             scores[entry] = score
             if arguments.scores is not None:
                 written(arguments.scores, scores)
-    scores = {entry: scores[entry] for entry in entries}
+    scores = {entry: score for entry, score in scores.items() if entry[0] in rows}
     if locked := sum(not one for one in scores.values()):
         print(f"left out: {locked} of {len(scores)} recordings, whose rod locks")
     print("\n".join(table(scores)))

@@ -43,7 +43,10 @@ NODE_WEIGHTS = np.append(np.polynomial.legendre.leggauss(8)[1] / 2.0, 0.0)
 # Properties whose derivatives need another rod solved, and the steps of the finite differences.
 STEPS = dict.fromkeys((*OF_ROD, "eta"), 1e-4) | {"eta": -1e-4, "curvature": -1e-4}
 # Parameters that `identify` fits. For crosstalk, the full scale of each channel is 1.
-PARAMETERS = parameters_of({}, frozenset(), np.ones(3))
+# Tips are sharp.
+PARAMETERS = tuple(
+    one for one in parameters_of({}, frozenset(), np.ones(3)) if one.of != "tip_radius"
+)
 
 
 class Sensitivity(NamedTuple):

@@ -4,6 +4,16 @@ With the clamp at X, the height h(X) and the displacement x0(X) are those of `St
 has one unknown u: x0 in its last sample. From the loads R(x0, h) of the rod the transducer makes
 the readings (1 + Σ p_k·M_k)·R plus its zeros, where M_k is the matrix of the parameter p_k of the
 transducer.
+
+A tip may be a ball of the radius r that rolls on the surface. The rod ends in its centre C, at the
+height η − r, which moves forward by r·φ1 as the rod turns. The rod has the energy W(C) without a
+moment at its end. To first order in r its energy with the ball is that of the same C, as φ1 makes
+the energy stationary. The forces on the surface are its derivatives by the contact point:
+
+    Fx = fx·(1 + r·∂φ1/∂x),   Fy = fy + fx·r·∂φ1/∂y,
+
+where fx, fy and φ1 are those of the rod without a ball, at C. The moment on the clamp follows from
+the equilibrium of the rod.
 """
 
 from collections.abc import Mapping
@@ -18,10 +28,17 @@ from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes
-from vibrissa.scanning.heights import HIGHEST, LOWEST, HeightRange, Heights, check_range
+from vibrissa.scanning.heights import (
+    HIGHEST,
+    LOWEST,
+    HeightRange,
+    Heights,
+    HeightStates,
+    check_range,
+)
 from vibrissa.scanning.response import Response, States, responses
 from vibrissa.scanning.stage import Held, Stage
-from vibrissa.sensor.identification.parameters import OF_ROD
+from vibrissa.sensor.identification.parameters import OF_ROD, STEP
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
@@ -61,7 +78,7 @@ def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
     return replace(
         given,
         theta=given.theta + size["theta"],
-        eta=(given.eta + size["eta"]) / (1.0 + size["length"]),
+        eta=(given.eta + size["eta"] - size["tip_radius"]) / (1.0 + size["length"]),
         mounting=Mounting(
             clamp_angle=mounting.clamp_angle + size["clamp_angle"],
             clamp_compliance=mounting.clamp_compliance + size["clamp_compliance"],
@@ -147,11 +164,23 @@ class ForwardModel:
         """Deviation p of each parameter, by the parameter's name."""
         return self.task.sizes_of(self.p)
 
+    @property
+    def radius(self) -> float:
+        """Radius of the tip (L)."""
+        return self.size["tip_radius"]
+
     def at(self, clamp: FloatArray, contact: ArrayLike) -> Held:
         """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
         rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
         stage = Stage(rod=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
         return stage.states(clamp, contact, 1)
+
+    def rolled(self, clamp: FloatArray, contact: ArrayLike) -> Held:
+        """States as by `at`, where a round tip has rolled forward by r·φ1 from `contact`."""
+        states, x0 = self.at(clamp, contact)
+        if self.radius:
+            x0 = x0 - self.radius * states.tip_angle(states.clip(x0))
+        return Held(states, x0)
 
     def contact(self, u: FloatArray) -> FloatArray:
         """Position of the tip in each period, along the surface (L)."""
@@ -159,7 +188,7 @@ class ForwardModel:
 
     def states(self, u: FloatArray) -> Held:
         """States of the rod in all blocks of samples, and their displacements x0 (L)."""
-        return self.at(self.task.shown, self.contact(u)[self.task.blocks.period])
+        return self.rolled(self.task.shown, self.contact(u)[self.task.blocks.period])
 
     def onset(self, u: FloatArray) -> Held:
         """States of the rod, and x0 (L), in the step of the clamp in which the tip slips.
@@ -168,7 +197,7 @@ class ForwardModel:
         """
         ends = self.task.ends
         clamp = ends.clamp[:, None] + ends.gap[:, None] * np.array([0.0, 0.5, 1.0])
-        return self.at(clamp, self.contact(u)[:, None])
+        return self.rolled(clamp, self.contact(u)[:, None])
 
     def friction(self, u: FloatArray) -> FloatArray:
         """Mobilised friction in the step of the clamp in which the tip slips.
@@ -177,8 +206,25 @@ class ForwardModel:
         the lock the value is that at the lock, and past the end of pulling it is that at this end.
         """
         states, x0 = self.onset(u)
-        x0 = np.clip(x0, states.x0_pull, states.x0_lock)
-        return np.asarray(self.task.ends.sign[:, None] * states.demand(x0))
+        at = np.clip(x0, states.x0_pull, states.x0_lock)
+        fx, fy, _ = np.moveaxis(self._of_ball(states, at), -1, 0)
+        return np.asarray(self.task.ends.sign[:, None] * fx / fy)
+
+    def _of_ball(self, states: States, x0: FloatArray) -> FloatArray:
+        """Return the loads on the clamp with the tip of this set-up, shape x0.shape + (3,)."""
+        loads = states.derivative(x0, 0)
+        if not (self.radius and isinstance(states, HeightStates)):
+            return loads
+        fx = loads[..., 0]
+        ahead = states.x1_init - x0
+        higher = self.heights.states(states.eta + STEP)
+        angle = states.tip_angle(x0)
+        before = states.clip(x0 - STEP)
+        along = (states.tip_angle(before) - angle) / np.where(before < x0, x0 - before, STEP)
+        upward = (higher.tip_angle(higher.clip(higher.x1_init - ahead)) - angle) / STEP
+        more_x, more_y = self.radius * fx * along, self.radius * fx * upward
+        moment = ahead * more_y - states.eta * more_x - self.radius * (fx + more_x)
+        return np.asarray(loads + np.stack([more_x, more_y, moment], axis=-1))
 
     def loads(self, states: States, x0: FloatArray, order: int = 0) -> FloatArray:
         """Return the loads at x0, or their derivatives with respect to x0, shape (n, 3).
@@ -186,7 +232,8 @@ class ForwardModel:
         `order` is the order of the derivatives. Units are those of the given rod.
         """
         at, length = states.clip(x0), 1.0 + self.size["length"]
-        return states.derivative(at, order) * np.array([length**-2, length**-2, 1.0 / length])
+        loads = states.derivative(at, order) if order else self._of_ball(states, at)
+        return loads * np.array([length**-2, length**-2, 1.0 / length])
 
     def readings(self, loads: FloatArray) -> FloatArray:
         """Return the transducer's readings for the loads in n blocks of samples, shape (n, 3)."""
