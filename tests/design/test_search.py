@@ -223,7 +223,7 @@ def test_what_locks_is_named():
 
 def test_the_radius_of_a_tip_is_refused():
     with pytest.raises(ArgumentError, match="leave out the tolerance of tip_radius"):
-        design(asked(**PAPER, mu0="0.3", tolerances={"tip_radius": "0.1 mm"}))
+        asked(**PAPER, tolerances={"tip_radius": "0.1 mm"})
 
 
 @pytest.mark.filterwarnings("error")

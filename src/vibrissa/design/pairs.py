@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Status
@@ -46,17 +46,7 @@ STEPS = dict.fromkeys((*OF_ROD, "eta"), 1e-4) | {"eta": -1e-4, "curvature": -1e-
 
 
 def fitted_parameters(sizes: Mapping[str, float], full_scale: FloatArray) -> tuple[Parameter, ...]:
-    """Make the parameters that `identify` fits, for rods with a sharp tip; see `parameters_of`.
-
-    Raises
-    ------
-    ArgumentError
-        If the radius of the tip has a tolerance.
-    """
-    if sizes.get("tip_radius"):
-        raise ArgumentError(
-            "a rod is designed with a sharp tip: leave out the tolerance of tip_radius"
-        )
+    """Make the parameters that `identify` fits, for rods with a sharp tip; see `parameters_of`."""
     parameters = parameters_of(sizes, frozenset(), full_scale)
     return tuple(one for one in parameters if one.of != "tip_radius")
 
