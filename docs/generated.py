@@ -172,6 +172,8 @@ def tolerances() -> str:
     def assumed(name: str, one: Tolerable) -> str:
         if one.channel >= 0:
             return f"{one.size:g} deviations of the noise"
+        if not one.size:
+            return "exact"
         size, unit = told(name, one.size, Units())
         own = f"{size:.6g} {unit}".strip()
         return f"{1e3 * one.si:g} mm, or {own}" if one.si else own

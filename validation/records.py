@@ -7,7 +7,7 @@ from vibrissa.files import write_atomically
 FOLDER = Path(__file__).parent / "records"
 
 
-def write_record(name: str, about: str, found: str) -> None:
+def write_record(name: str, about: str, found: str, command: str | None = None) -> None:
     """Write a record in Markdown.
 
     Parameters
@@ -18,9 +18,16 @@ def write_record(name: str, about: str, found: str) -> None:
         Docstring of the check's module; its first line becomes the title.
     found : str
         Results.
+    command : str, optional
+        Name of the check with its options; default: `name`.
     """
     title, _, rest = about.strip().partition("\n")
-    parts = (f"# {title.rstrip('.')}", rest, f"Written by `python -m validation {name}`.", found)
+    parts = (
+        f"# {title.rstrip('.')}",
+        rest,
+        f"Written by `python -m validation {command or name}`.",
+        found,
+    )
     path = FOLDER / f"{name}.md"
     with write_atomically(path) as temporary:
         text = "\n\n".join(part.strip() for part in parts if part.strip())

@@ -11,7 +11,7 @@ from vibrissa import Mounting, solve_curve, solve_onset, solve_state
 from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
 from vibrissa.design.candidate import GRAVITY
 from vibrissa.design.pairs import survey
-from vibrissa.errors import NoResponseError
+from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact
 from vibrissa.scanning import surfaces
@@ -219,6 +219,11 @@ def test_what_locks_is_named():
     assert "lock" in result.active_constraints and "the tip locks" in repr(result)
     assert np.isnan(result.best.whole[-1]) and np.isfinite(result.best.by_step[0])
     assert np.isfinite(checks_of(result)["strain"].value)
+
+
+def test_the_radius_of_a_tip_is_refused():
+    with pytest.raises(ArgumentError, match="leave out the tolerance of tip_radius"):
+        asked(**PAPER, tolerances={"tip_radius": "0.1 mm"})
 
 
 @pytest.mark.filterwarnings("error")

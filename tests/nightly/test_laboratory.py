@@ -22,6 +22,19 @@ def entry(title, said, seed, method):
     return found[Method(method)]
 
 
+def test_scores_that_are_read_again_are_those_that_were_written(tmp_path):
+    file = tmp_path / "scores.csv"
+    assert laboratory.scores_in(file) == laboratory.scores_in(None) == {}
+    scores = {
+        (1, Said.NOTHING, 3): {
+            Method.MODEL: Score(read=True, doubted=False, bias=0.25, periods=7, score=-1.5),
+            Method.RATIO: Score(read=True, doubted=True, half=0.125),
+        }
+    }
+    laboratory.written(file, scores)
+    assert str(laboratory.scores_in(file)) == str(scores)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize(

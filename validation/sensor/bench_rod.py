@@ -47,12 +47,16 @@ class Rod:
         Rotation of the clamp per moment (L/(E·I0)).
     curvature : float
         Curvature of the unloaded rod (1/L); negative if it bends towards +x.
+    radius : float
+        Radius of a ball around the tip that rolls on the surface (L). Heights and dx are those of
+        the point of contact, before the ball has rolled: dx is less by radius·slope at the tip.
     """
 
     theta: float = IDEAL_THETA
     clamp_angle: float = 0.0
     compliance: float = 0.0
     curvature: float = 0.0
+    radius: float = 0.0
 
 
 def shot(rod, slope, fx, fy):
@@ -67,6 +71,8 @@ def shot(rod, slope, fx, fy):
     n = len(slope)
     start = np.zeros((4, 4, n))
     start[2, 0], start[2, 1] = slope, 1.0
+    # The force acts below the centre of the ball: it has a moment there.
+    start[3, 0], start[3, 2] = -rod.radius * fx, -rod.radius
 
     def derivative(from_tip, flat):
         state = flat.reshape(4, 4, n)
@@ -86,6 +92,9 @@ def shot(rod, slope, fx, fy):
 
     found = solve_ivp(derivative, (0.0, 1.0), start.ravel(), method="DOP853", rtol=RTOL, atol=ATOL)
     end = found.y[:, -1].reshape(4, 4, n)
+    end[0, 0] -= rod.radius * slope
+    end[0, 1] -= rod.radius
+    end[1, 0] += rod.radius
     end[2] -= rod.compliance * end[3]
     end[2, 0] -= 0.5 * np.pi + rod.clamp_angle
     return end
@@ -202,6 +211,7 @@ def _reached(rod, heights):
             clamp_angle=part * rod.clamp_angle,
             compliance=part * rod.compliance,
             curvature=part * rod.curvature,
+            radius=part * rod.radius,
         )
         height = IDEAL_HEIGHT + part * (np.tile(heights, len(RATIOS)) - IDEAL_HEIGHT)
         state = solve(between, height, state[:3], ratio=ratios)

@@ -16,7 +16,7 @@ import numpy as np
 from validation.records import write_record
 from vibrissa.scanning import surfaces
 from vibrissa.sensor import Recording, Setup, identify, scan
-from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances, told
+from vibrissa.sensor.tolerances import assumed_tolerances, told
 from vibrissa.wording import markdown_table
 
 NOISE = "3 mN, 3 mN, 10 uN*m"
@@ -63,7 +63,7 @@ def costs(readings, stated=None):
     names = np.array([one.parameter.of for one in found.estimates])
     given = np.array([one.parameter.deviation for one in found.estimates])
     found_costs = {}
-    for name in TOLERABLE:
+    for name in dict.fromkeys(names):
         own = names == name
         shared = effects @ covariance[:, own]
         inside = np.linalg.pinv(covariance[np.ix_(own, own)], hermitian=True)
@@ -90,7 +90,7 @@ def _usual(variances):
 def rows(each, total):
     """Yield the rows of the table."""
     assumed = _assumed()
-    for name in TOLERABLE:
+    for name in assumed:
         size, unit = told(name, assumed[name], WHISKER.units)
         yield [f"`{name}`", f"{size:.2g} {unit}".strip(), _spelled(each[name])]
     yield ["all together", "", _spelled(total)]

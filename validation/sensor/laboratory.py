@@ -35,6 +35,7 @@ from validation.sensor.mistakes import (
     everything,
 )
 from vibrissa.errors import VibrissaError
+from vibrissa.files import write_atomically
 from vibrissa.quantities.units import Kind
 from vibrissa.sensor import Grade, Method, PeriodStatus, Setup, identify
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances
@@ -47,6 +48,9 @@ METHODS = tuple(Method)
 DOUBTED = 0.5
 # First seed of the table: it has no seed that was used to choose a setting.
 FIRST = 1000
+# Recordings with all errors drawn for each recording of another entry: the means of few recordings
+# do not show whether 95 % of them are in their intervals.
+DRAWN = 10
 
 
 class Said(StrEnum):
@@ -319,34 +323,68 @@ def written(path, scores):
         for (number, said, seed), by_method in scores.items()
         for method, score in by_method.items()
     ]
-    pd.DataFrame(rows).to_csv(path, index=False)
+    with write_atomically(path) as temporary:
+        pd.DataFrame(rows).to_csv(temporary, index=False)
+
+
+def scores_in(path):
+    """Read the scores that `written` wrote; none if there is no such file."""
+    if path is None or not path.exists():
+        return {}
+    numbers = {row.title: number for number, row in enumerate(ROWS)}
+    found = {}
+    for one in pd.read_csv(path).to_dict("records"):
+        entry = (numbers[one.pop("row")], Said(one.pop("said")), int(one.pop("seed")))
+        method = Method(one.pop("method"))
+        found.setdefault(entry, {})[method] = Score(**one)
+    return found
 
 
 def main():
     """Score all recordings and print the table; exit status 1 if a line fails."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20, help="recordings for each entry")
+    parser.add_argument(
+        "--drawn",
+        action="store_true",
+        help="only recordings with all errors drawn, ten times as many",
+    )
     parser.add_argument("--first", type=int, default=FIRST, help="the first of their seeds")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--record", action="store_true", help="write the record")
     parser.add_argument("--row", type=int, action="append", help="only these rows, from 0")
-    parser.add_argument("--scores", type=Path, help="file for the scores")
+    parser.add_argument(
+        "--scores",
+        type=Path,
+        help="file for the scores; those that it has count, and are not computed again",
+    )
     arguments = parser.parse_args()
     from validation.sensor.laboratory_table import passes, table
 
+    rows, seeds = arguments.row or range(len(ROWS)), arguments.seeds
+    if arguments.drawn:
+        rows = [number for number, row in enumerate(ROWS) if row.all_at_once]
+        seeds = DRAWN * arguments.seeds
     entries = [
         (number, said, seed)
-        for seed in range(arguments.first, arguments.first + arguments.seeds)
-        for number in arguments.row or range(len(ROWS))
+        for seed in range(arguments.first, arguments.first + seeds)
+        for number in rows
         for said in ROWS[number].ways
     ]
+    scores = scores_in(arguments.scores)
+    left = [entry for entry in entries if entry not in scores]
     with multiprocessing.Pool(arguments.workers) as pool:
-        scores = dict(pool.imap_unordered(partial(of_entry, methods=METHODS), entries))
+        for entry, score in pool.imap_unordered(partial(of_entry, methods=METHODS), left):
+            scores[entry] = score
+            if arguments.scores is not None:
+                written(arguments.scores, scores)
+    scores = {entry: score for entry, score in scores.items() if entry[0] in rows}
     if locked := sum(not one for one in scores.values()):
         print(f"left out: {locked} of {len(scores)} recordings, whose rod locks")
-    if arguments.scores is not None:
-        written(arguments.scores, scores)
     print("\n".join(table(scores)))
     if arguments.record:
-        write_record("laboratory", __doc__, "\n".join(table(scores)))
+        name, command = "laboratory", "laboratory"
+        if arguments.drawn:
+            name, command = "laboratory-drawn", "laboratory --drawn"
+        write_record(name, __doc__, "\n".join(table(scores)), command)
     raise SystemExit(0 if passes(scores) else 1)

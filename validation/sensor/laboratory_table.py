@@ -120,7 +120,7 @@ def table(scores):
     """
     lines = by_line(scores)
     seeds = sorted({seed for _, _, seed in scores})
-    yield f"{len(seeds)} recordings for each entry, with the seeds {seeds[0]} to {seeds[-1]}.\n"
+    yield f"{len(seeds)} recordings for each entry, with the seeds {_ranges(seeds)}.\n"
     yield HEADER
     for (number, method), ways in lines.items():
         yield _shown(number, method, ways)
@@ -130,6 +130,13 @@ def table(scores):
     yield ""
     for method in dict.fromkeys(method for _, method in lines):
         yield _pooled(lines, method)
+
+
+def _ranges(seeds):
+    """Write increasing numbers as ranges, such as ``1 to 20, 40 to 59``."""
+    begins = [one for one in seeds if one - 1 not in seeds]
+    ends = [one for one in seeds if one + 1 not in seeds]
+    return ", ".join(f"{begin} to {end}" for begin, end in zip(begins, ends, strict=True))
 
 
 def _shown(number, method, ways):
@@ -180,6 +187,8 @@ def _pooled(lines, method):
         for said, of_seeds in ways.items():
             if own == method and (said is not Said.ENOUGH or ROWS[number].contained(said)):
                 scores[said] += of_seeds.values()
+    if not scores[Said.ENOUGH]:
+        return f"- `{method}`: {_means(lines, method)}"
     covered, error = _coverage(scores[Said.ENOUGH])
     silent = ", ".join(
         f"{sum(one.silent for one in scores[said])} of {len(scores[said])} ({name})"

@@ -149,6 +149,7 @@ MISTAKES = {
     "modulus": Mistake(made=_of_loads(stiffer)),
     "diameter": Mistake(made=_of_loads(lambda part: stiffer((1.0 + part) ** 4 - 1.0))),
     "length": Mistake(made=_longer),
+    "tip_radius": Mistake(made=_of_rod("radius"), positive=True),
     "zero_force_x": Mistake(made=_of_zero("zero", 0)),
     "zero_force_y": Mistake(made=_of_zero("zero", 1)),
     "zero_moment_z": Mistake(made=_of_zero("zero", 2)),

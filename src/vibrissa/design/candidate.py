@@ -11,15 +11,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibrissa.design.pairs import NODE_WEIGHTS, PARAMETERS, PART_WEIGHTS, PERIODS, Pair
+from vibrissa.design.pairs import (
+    NODE_WEIGHTS,
+    PARAMETERS,
+    PART_WEIGHTS,
+    PERIODS,
+    Pair,
+    fitted_parameters,
+)
 from vibrissa.design.requirements import Requirements
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind
-from vibrissa.sensor.identification.parameters import SLOPE, parameters_of
+from vibrissa.sensor.identification.parameters import SLOPE
+from vibrissa.sensor.identification.propagation import step_deviation
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
 from vibrissa.sensor.identification.slips import FALL
-from vibrissa.sensor.identification.uncertainty import step_deviation
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances
 from vibrissa.sensor.transducer import CHANNELS
@@ -254,7 +261,7 @@ class Candidate:
         """Return the standard deviations of q parameters; that of crosstalk as a ratio of loads."""
         full = self.requirements.largest / self.whisker.units.channels
         full = np.where(np.isfinite(full), full, np.abs(self.pair.reactions).max(axis=0))
-        parameters = parameters_of(self.tolerances, frozenset(), full)
+        parameters = fitted_parameters(self.tolerances, full)
         sigma = np.array([one.deviation for one in parameters])
         for k, one in enumerate(parameters):
             if one.of == "crosstalk" and one.effect is not None:

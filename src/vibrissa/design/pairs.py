@@ -12,6 +12,7 @@ The friction of a period changes by D = ∂μ/∂p − ∂μ/∂u·(jᵀJ)/(jᵀ
 the part D·C·Dᵀ, common to all periods, and the random part (∂μ/∂u)²/(jᵀj).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -23,7 +24,7 @@ from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.scanning.response import Response
-from vibrissa.sensor.identification.parameters import OF_ROD, parameters_of
+from vibrissa.sensor.identification.parameters import OF_ROD, Parameter, parameters_of
 from vibrissa.sensor.onset import STATES, strains_in
 from vibrissa.sensor.ringing import Ringing, ringing
 from vibrissa.sticking.curve import StickingCurve
@@ -42,8 +43,16 @@ NODES = np.append((np.polynomial.legendre.leggauss(8)[0] + 1.0) / 2.0, 1.0)
 NODE_WEIGHTS = np.append(np.polynomial.legendre.leggauss(8)[1] / 2.0, 0.0)
 # Properties whose derivatives need another rod solved, and the steps of the finite differences.
 STEPS = dict.fromkeys((*OF_ROD, "eta"), 1e-4) | {"eta": -1e-4, "curvature": -1e-4}
-# Parameters that `identify` fits. For crosstalk, the full scale of each channel is 1.
-PARAMETERS = parameters_of({}, frozenset(), np.ones(3))
+
+
+def fitted_parameters(sizes: Mapping[str, float], full_scale: FloatArray) -> tuple[Parameter, ...]:
+    """Make the parameters that `identify` fits, for rods with a sharp tip; see `parameters_of`."""
+    parameters = parameters_of(sizes, frozenset(), full_scale)
+    return tuple(one for one in parameters if one.of != "tip_radius")
+
+
+# For crosstalk, the full scale of each channel is 1.
+PARAMETERS = fitted_parameters({}, np.ones(3))
 
 
 class Sensitivity(NamedTuple):

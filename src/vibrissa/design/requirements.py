@@ -19,6 +19,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.keys import Keyed, NotNegative, Positive, read_keys, with_options
 from vibrissa.quantities.units import Kind, Measured, channels_of, is_number, range_of
 from vibrissa.sensor.setup import MOUNTING, TOLERANCES, Setup
+from vibrissa.sensor.tolerances import EXACT
 from vibrissa.sensor.transducer import preset
 
 Choice = tuple[float, ...]
@@ -181,6 +182,10 @@ class Requirements(Keyed):
         if min(self.noise) <= 0.0:
             given = self.setup.noise or f"the transducer {self.setup.transducer}"
             raise ArgumentError(f"noise must be positive in all channels, got that of {given}")
+        if self.setup.tolerances.get("tip_radius", EXACT) != EXACT:
+            raise ArgumentError(
+                "a rod is designed with a sharp tip: leave out the tolerance of tip_radius"
+            )
         if self.speed is not None and self.material.density is None:
             raise ArgumentError("with a speed, give the density of the material")
         first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])

@@ -104,6 +104,16 @@ class Heights:
         )
 
     @cached_property
+    def _tip_angles(self) -> list[CubicSpline]:
+        """For each stretch, a spline of the Chebyshev coefficients of φ1 along it."""
+        return self._splined(
+            [
+                branch.tip_angle(_knots(bounds))[..., None]
+                for branch, bounds in zip(self.branches, self.bounds, strict=True)
+            ]
+        )
+
+    @cached_property
     def _states(self) -> list[CubicSpline]:
         """For each stretch, a spline of the Chebyshev coefficients of all columns of the states."""
         tabulated = []
@@ -151,6 +161,10 @@ class Heights:
         place = self._place(x0, polynomials)
         found = self._interpolated(self._reactions, place, polynomials, order)
         return found * place.growth[:, None] ** order
+
+    def tip_angle(self, x0: FloatArray, eta: FloatArray) -> FloatArray:
+        """Return φ1 of states at displacements and heights (rad), shape (n,)."""
+        return self._interpolated(self._tip_angles, self._place(x0, eta), eta, 0)[:, 0]
 
     def states(self, x0: FloatArray, eta: FloatArray) -> FloatArray:
         """Return the columns `COLUMNS` of states at displacements and heights (L)."""
@@ -343,6 +357,16 @@ class HeightStates(States):
             on = part_of == number
             found[on] = part.reactions(flat[on], eta[on], order)
         return found.reshape(*x0.shape, len(LOADS))
+
+    def tip_angle(self, x0: ArrayLike) -> FloatArray:
+        """See `States`."""
+        x0, heights = np.broadcast_arrays(np.asarray(x0, dtype=float), self.eta)
+        flat, eta = x0.ravel(), heights.ravel()
+        found, part_of = np.empty(len(flat)), self.heights.part_of(eta)
+        for number, part in enumerate(self.heights.parts):
+            on = part_of == number
+            found[on] = part.tip_angle(flat[on], eta[on])
+        return found.reshape(x0.shape)
 
     def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shape:
         """See `States`."""

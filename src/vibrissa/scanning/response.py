@@ -26,6 +26,7 @@ from vibrissa.sticking.piece import DISPLACEMENT, Pieces, StickingState
 
 # Components of the load on the clamp, in their order in arrays.
 LOADS = ("reaction_fx", "reaction_fy", "reaction_m")
+TIP_ANGLE = ("phi1",)
 # Pieces that are not longer are left out: in rounded numbers they have no inside (L).
 SHORTEST = 1e-8
 # Least normal force that is not 0 (E·I0/L²).
@@ -62,6 +63,10 @@ class States(ABC):
     @abstractmethod
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
         """Differentiate fx, fy and m once (`order` 1) or not (0) by x0, shape x0.shape + (3,)."""
+
+    @abstractmethod
+    def tip_angle(self, x0: ArrayLike) -> FloatArray:
+        """Slope angle φ1 of the rod at its tip, at displacements (rad), shape x0.shape."""
 
     @abstractmethod
     def state(self, x0: FloatArray) -> StickingState:
@@ -214,6 +219,15 @@ class Response(States):
             values = values / np.where(self.pieces.by_x0[place], 1.0, growth)
         known = (flat >= self.x0_pull) & (flat <= self.x0_end)
         return np.where(known, values, np.nan).T.reshape(*x0.shape, len(LOADS))
+
+    def tip_angle(self, x0: ArrayLike) -> FloatArray:
+        """See `States`."""
+        x0 = np.asarray(x0, dtype=float)
+        within = np.clip(x0.ravel(), self.x0_pull, self.x0_end)
+        place = np.searchsorted(self.pieces.first_x0[1:], within, side="right")
+        t = self.pieces.places_of(place, within)
+        ((angle,),) = self.pieces.values(place, t, TIP_ANGLE, (0,))
+        return np.asarray(angle).reshape(x0.shape)
 
     def state(self, x0: FloatArray) -> StickingState:
         """See `States`."""

@@ -30,8 +30,8 @@ class Tolerable:
     Attributes
     ----------
     size : float
-        Default tolerance: nondimensional, in rad, or relative to the value. With a `channel` it is
-        in standard deviations of one reading of that channel.
+        Default tolerance, 0 if the quantity is exact: nondimensional, in rad, or relative to the
+        value. With a `channel` it is in standard deviations of one reading of that channel.
     reason : str
         Source of the default: a standard, a data sheet, or an estimate with its reason.
     si : float
@@ -147,9 +147,9 @@ def _value(whisker: "Whisker | None", name: str) -> float:
 
 
 def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
-    """Return the default tolerance of each quantity; for `noise` see `Tolerable.default`."""
+    """Return the default tolerances, without those that are 0; see `Tolerable.default`."""
     found = {name: one.default(units, noise) for name, one in TOLERABLE.items()}
-    return {name: size for name, size in found.items() if np.isfinite(size)}
+    return {name: size for name, size in found.items() if size > 0.0}
 
 
 def told(name: str, size: float, units: Units) -> tuple[float, str]:

@@ -27,7 +27,7 @@ def test_a_lead_screw_is_named_with_its_pitch_and_its_error():
     first = found.causes[0]
     assert isinstance(first, PitchError)
     assert first.pitch == pytest.approx(PITCH, rel=0.005)
-    assert first.size == pytest.approx(SIZE, rel=0.15)
+    assert first.size == pytest.approx(SIZE, rel=0.06)
     assert "that repeats every 0.002 m, perhaps the pitch of a lead screw" in str(found.summary())
     assert (found.periods.grade != "").all()
 

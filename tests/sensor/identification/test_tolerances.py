@@ -14,7 +14,7 @@ from vibrissa.scanning import surfaces
 from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import path
 from vibrissa.sensor import Whisker
-from vibrissa.sensor.identification.forward import set_ups
+from vibrissa.sensor.identification.forward import forward_models
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
 
@@ -143,9 +143,9 @@ def test_a_step_to_a_set_up_without_a_response_is_halved(monkeypatch):
         tried.extend(p for p in sets if len(sets) == 1 and p.any())
         if len(tried) == 1:
             raise NoResponseError("no response")
-        return set_ups(task, rod, *sets)
+        return forward_models(task, rod, *sets)
 
-    monkeypatch.setattr("vibrissa.sensor.identification.fit.set_ups", unsolved_at_first)
+    monkeypatch.setattr("vibrissa.sensor.identification.search.forward_models", unsolved_at_first)
     found = identify(GIVEN, recording, noise=NOISE, tolerances=given)
     assert tried[1] == pytest.approx(0.5 * tried[0])
     for one, other in zip(found.estimates, wanted.estimates, strict=True):

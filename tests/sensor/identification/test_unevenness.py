@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vibrissa.sensor.identification.fit import unevenness_of
 from vibrissa.sensor.identification.slope import Slope
+from vibrissa.sensor.identification.unevenness import unevenness_of
 
 PLACE = np.linspace(0.0, 0.6, 60)
 ALLOWED = Slope(deviation=np.radians(0.5), length=0.05).heights(PLACE)

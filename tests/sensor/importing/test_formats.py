@@ -2,6 +2,7 @@
 
 import datetime
 import io
+import struct
 
 import h5py
 import nptdms
@@ -255,5 +256,43 @@ def test_a_damaged_file_is_a_message(data):
     [matlab({"gain": 3.0, "name": "Versuch"}), matlab_hdf({"gain": 3.0})],
 )
 def test_variables_without_a_table_are_named(data):
-    with pytest.raises(RecordingError, match=r"no table was found.*variables: gain.*table2struct"):
+    with pytest.raises(RecordingError, match=r"no table was found.*variables: gain"):
         checked(data)
+
+
+def element(kind, data):
+    """Write an element of a MATLAB file: its type, its length, and its data in eights of bytes."""
+    return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+
+def matlab_object(variable, kind):
+    """Write a file with an object of a class, as MATLAB 7 does: its data are references."""
+    references = struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1)
+    flags, size = struct.pack("<II", 13, 0), struct.pack("<ii", 6, 1)
+    inner = [element(6, flags), element(5, size), element(1, b""), element(6, references)]
+    parts = [element(6, struct.pack("<II", 17, 0))]
+    parts += [element(1, text.encode()) for text in (variable, "MCOS", kind)]
+    parts.append(element(14, b"".join(inner)))
+    head = b"MATLAB 5.0 MAT-file".ljust(116) + bytes(8) + struct.pack("<HH", 0x0100, 0x4D49)
+    return head + element(14, b"".join(parts))
+
+
+def matlab_hdf_object(variable, kind):
+    data = io.BytesIO(matlab_hdf({variable: np.array([0xDD000000, 2, 1, 1, 1, 1])}))
+    with h5py.File(data, "r+") as file:
+        file[variable].attrs["MATLAB_class"] = np.bytes_(kind)
+        file[variable].attrs["MATLAB_object_decode"] = np.int32(3)
+    return data.getvalue()
+
+
+@pytest.mark.parametrize("written", [matlab_object, matlab_hdf_object])
+@pytest.mark.parametrize(
+    ("kind", "function"), [("table", "writetable"), ("timetable", "writetimetable")]
+)
+def test_a_table_of_matlab_is_refused_with_the_command_that_writes_it(written, kind, function):
+    with pytest.raises(RecordingError) as error:
+        checked(written("run7", kind))
+    assert str(error.value) == (
+        f"file.mat: run7 is a {kind} object, which only MATLAB can read: type "
+        f"{function}(run7, 'run7.csv') in MATLAB, and import run7.csv"
+    )

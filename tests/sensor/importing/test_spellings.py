@@ -153,6 +153,30 @@ def test_times_of_a_clock_count_from_the_first_row_past_midnight(date):
     assert cut == pytest.approx(TIME[5:11])
 
 
+@pytest.mark.parametrize("date", DATES[1:])
+def test_a_clock_takes_its_dates_from_another_column(date):
+    # By the clock alone the second half of the rows would seem to come on the same day.
+    days = [0 if number < len(TIME) // 2 else 86400 for number in range(len(TIME))]
+    cells = clocked(TIME + np.array(days) - 1.0, date.strip(" T") + " ")[1:]
+    rows = [cell.replace(" ", ";", 1) for cell in cells]
+    found = imported(["Day;t;x [mm];Fx [N];Fy [N]", *rows])
+    assert found.values["time"] == pytest.approx(TIME + days)
+    assert (
+        "time: t in s (times of a clock with the dates in Day), from the first row" in found.notes
+    )
+
+
+@pytest.mark.parametrize("titles", ["stamp.sec;stamp.nanosec", "t_secs;t_nsecs", "sec;nanosec"])
+def test_seconds_and_nanoseconds_of_ros_are_one_time(titles):
+    first, second = titles.split(";")
+    late = [1773310350.7 + time for time in TIME]
+    cells = [f"{int(time)};{round(1e9 * (time % 1)):d}" for time in late]
+    rows = list(map(later, cells, ROWS))
+    found = imported([f"{titles};x [mm];Fx [N];Fy [N]", *rows], NAMED | {"time": first})
+    assert found.values["time"] == pytest.approx(TIME, abs=1e-6)
+    assert f"time: {first} in s plus {second} in ns, from the first row" in found.notes
+
+
 def test_dates_that_may_be_read_in_two_ways_are_refused():
     with pytest.raises(RecordingError, match="11/03/2026 to 12/03/2026 may be day/month or month"):
         imported(clocked(TIME, "{day}/03/2026 "))

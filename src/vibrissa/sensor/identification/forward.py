@@ -4,11 +4,22 @@ With the clamp at X, the height h(X) and the displacement x0(X) are those of `St
 has one unknown u: x0 in its last sample. From the loads R(x0, h) of the rod the transducer makes
 the readings (1 + Σ p_k·M_k)·R plus its zeros, where M_k is the matrix of the parameter p_k of the
 transducer.
+
+A tip may be a ball of the radius r that rolls on the surface. The rod ends in its centre C, at the
+height η − r, which moves forward by r·φ1 as the rod turns. The rod has the energy W(C) without a
+moment at its end. To first order in r its energy with the ball is that of the same C, as φ1 makes
+the energy stationary. The forces on the surface are its derivatives by the contact point:
+
+    Fx = fx·(1 + r·∂φ1/∂x),   Fy = fy + fx·r·∂φ1/∂y,
+
+where fx, fy and φ1 are those of the rod without a ball, at C. The moment on the clamp follows from
+the equilibrium of the rod.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,18 +28,44 @@ from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes
-from vibrissa.scanning.heights import HIGHEST, LOWEST, HeightRange, Heights, check_range
+from vibrissa.scanning.heights import (
+    HIGHEST,
+    LOWEST,
+    HeightRange,
+    Heights,
+    HeightStates,
+    check_range,
+)
 from vibrissa.scanning.response import Response, States, responses
-from vibrissa.scanning.stage import Stage
-from vibrissa.sensor.identification.parameters import OF_ROD
+from vibrissa.scanning.stage import Held, Stage
+from vibrissa.sensor.identification.parameters import OF_ROD, STEP
 from vibrissa.sensor.identification.task import Task
+from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
-# Number of heights in each part of the range of heights. Width of the widest part, and margin at
-# the ends of the range, both as parts of the gap 1 − η between the surface and an upright rod.
-FEW, WIDE, ROOM = 4, 0.3, 0.03
+# Width of the widest part of the range of heights, and margin at the ends of the range, both as
+# parts of the gap 1 − η between the surface and an upright rod. Number of heights in each part.
+WIDE, ROOM, FEW = 0.3, 0.03, 4
+# Width of a narrow range, as a part of the gap, and number of heights in it: loads that are
+# interpolated in it have errors below 1e-5 of their size, which neighbouring set-ups share.
+NARROW, FEWEST = 0.1, 3
 # Number of set-ups whose responses are kept, a few megabytes each.
 KEPT = 8
+
+
+class Changes(NamedTuple):
+    """Derivatives with respect to k parameters of the set-up, at constant u.
+
+    Attributes
+    ----------
+    readings : ndarray, shape (k, n, 3)
+        Derivatives of the readings in n blocks of samples.
+    friction : ndarray, shape (k, p)
+        Derivatives of the friction of p periods, in the middle of the step in which the tip slips.
+    """
+
+    readings: FloatArray
+    friction: FloatArray
 
 
 def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
@@ -41,7 +78,7 @@ def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
     return replace(
         given,
         theta=given.theta + size["theta"],
-        eta=(given.eta + size["eta"]) / (1.0 + size["length"]),
+        eta=(given.eta + size["eta"] - size["tip_radius"]) / (1.0 + size["length"]),
         mounting=Mounting(
             clamp_angle=mounting.clamp_angle + size["clamp_angle"],
             clamp_compliance=mounting.clamp_compliance + size["clamp_compliance"],
@@ -56,7 +93,7 @@ def scale_of(size: Mapping[str, float]) -> float:
     return (1.0 + size["stage_scale"]) / (1.0 + size["length"])
 
 
-def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
+def forward_models(task: Task, given: Whisker, *sets: FloatArray) -> list["ForwardModel"]:
     """Solve the rods of several set-ups together, at the heights that the stage passes.
 
     Parameters
@@ -84,7 +121,7 @@ def set_ups(task: Task, given: Whisker, *sets: FloatArray) -> list["SetUp"]:
     solved = iter(_kept_responses(tuple(levels)))
     parts = [[_part(part, [next(solved) for _ in part]) for part in heights] for heights in nodes]
     return [
-        SetUp(task=task, given=given, p=p, heights=HeightRange(parts=tuple(some)))
+        ForwardModel(task=task, given=given, p=p, heights=HeightRange(parts=tuple(some)))
         for p, some in zip(sets, parts, strict=True)
     ]
 
@@ -101,6 +138,8 @@ def _nodes(rod: Whisker, height: FloatArray) -> FloatArray:
     check_range(rod, low, high)
     room = ROOM * (1.0 - high)
     low, high = max(low - room, LOWEST), min(high + room, HIGHEST)
+    if high - low < NARROW * (1.0 - high):
+        return np.asarray(low + (high - low) * chebyshev_nodes(FEWEST))[None]
     # From part to part the gap to an upright rod grows by the same factor.
     number = max(1, int(np.ceil(np.log((1.0 - low) / (1.0 - high)) / np.log1p(WIDE))))
     edges = 1.0 - np.geomspace(1.0 - low, 1.0 - high, number + 1)
@@ -108,8 +147,8 @@ def _nodes(rod: Whisker, height: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class SetUp:
-    """A set-up that deviates from the given one by p, and its rod at all heights of the stage.
+class ForwardModel:
+    """A set-up that deviates from the given one by p, with its rod at all heights of the stage.
 
     The argument `u` of its methods is x0 in the last sample of each period (L). In shapes, k
     is the number of parameters, n that of blocks of samples, and p that of periods.
@@ -125,28 +164,40 @@ class SetUp:
         """Deviation p of each parameter, by the parameter's name."""
         return self.task.sizes_of(self.p)
 
-    def at(self, clamp: FloatArray, contact: ArrayLike) -> tuple[States, FloatArray]:
+    @property
+    def radius(self) -> float:
+        """Radius of the tip (L)."""
+        return self.size["tip_radius"]
+
+    def at(self, clamp: FloatArray, contact: ArrayLike) -> Held:
         """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
         rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
         stage = Stage(rod=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
         return stage.states(clamp, contact, 1)
 
+    def rolled(self, clamp: FloatArray, contact: ArrayLike) -> Held:
+        """States as by `at`, where a round tip has rolled forward by r·φ1 from `contact`."""
+        states, x0 = self.at(clamp, contact)
+        if self.radius:
+            x0 = x0 - self.radius * states.tip_angle(states.clip(x0))
+        return Held(states, x0)
+
     def contact(self, u: FloatArray) -> FloatArray:
         """Position of the tip in each period, along the surface (L)."""
         return self.at(self.task.ends.clamp, u)[1]
 
-    def states(self, u: FloatArray) -> tuple[States, FloatArray]:
+    def states(self, u: FloatArray) -> Held:
         """States of the rod in all blocks of samples, and their displacements x0 (L)."""
-        return self.at(self.task.shown, self.contact(u)[self.task.blocks.period])
+        return self.rolled(self.task.shown, self.contact(u)[self.task.blocks.period])
 
-    def onset(self, u: FloatArray) -> tuple[States, FloatArray]:
+    def onset(self, u: FloatArray) -> Held:
         """States of the rod, and x0 (L), in the step of the clamp in which the tip slips.
 
         Each period has three: at the start, middle and end of the step, shape (p, 3).
         """
         ends = self.task.ends
         clamp = ends.clamp[:, None] + ends.gap[:, None] * np.array([0.0, 0.5, 1.0])
-        return self.at(clamp, self.contact(u)[:, None])
+        return self.rolled(clamp, self.contact(u)[:, None])
 
     def friction(self, u: FloatArray) -> FloatArray:
         """Mobilised friction in the step of the clamp in which the tip slips.
@@ -155,8 +206,25 @@ class SetUp:
         the lock the value is that at the lock, and past the end of pulling it is that at this end.
         """
         states, x0 = self.onset(u)
-        x0 = np.clip(x0, states.x0_pull, states.x0_lock)
-        return np.asarray(self.task.ends.sign[:, None] * states.demand(x0))
+        at = np.clip(x0, states.x0_pull, states.x0_lock)
+        fx, fy, _ = np.moveaxis(self._of_ball(states, at), -1, 0)
+        return np.asarray(self.task.ends.sign[:, None] * fx / fy)
+
+    def _of_ball(self, states: States, x0: FloatArray) -> FloatArray:
+        """Return the loads on the clamp with the tip of this set-up, shape x0.shape + (3,)."""
+        loads = states.derivative(x0, 0)
+        if not (self.radius and isinstance(states, HeightStates)):
+            return loads
+        fx = loads[..., 0]
+        ahead = states.x1_init - x0
+        higher = self.heights.states(states.eta + STEP)
+        angle = states.tip_angle(x0)
+        before = states.clip(x0 - STEP)
+        along = (states.tip_angle(before) - angle) / np.where(before < x0, x0 - before, STEP)
+        upward = (higher.tip_angle(higher.clip(higher.x1_init - ahead)) - angle) / STEP
+        more_x, more_y = self.radius * fx * along, self.radius * fx * upward
+        moment = ahead * more_y - states.eta * more_x - self.radius * (fx + more_x)
+        return np.asarray(loads + np.stack([more_x, more_y, moment], axis=-1))
 
     def loads(self, states: States, x0: FloatArray, order: int = 0) -> FloatArray:
         """Return the loads at x0, or their derivatives with respect to x0, shape (n, 3).
@@ -164,43 +232,50 @@ class SetUp:
         `order` is the order of the derivatives. Units are those of the given rod.
         """
         at, length = states.clip(x0), 1.0 + self.size["length"]
-        return states.derivative(at, order) * np.array([length**-2, length**-2, 1.0 / length])
+        loads = states.derivative(at, order) if order else self._of_ball(states, at)
+        return loads * np.array([length**-2, length**-2, 1.0 / length])
 
     def readings(self, loads: FloatArray) -> FloatArray:
         """Return the transducer's readings for the loads in n blocks of samples, shape (n, 3)."""
+        return np.asarray(self.scaled(loads) + self.zeros)
+
+    def scaled(self, loads: FloatArray) -> FloatArray:
+        """Return the readings of a transducer whose zeros are right: a linear function of loads."""
         shown = loads.copy()
         for one, size in zip(self.task.parameters, self.p, strict=True):
-            if one.effect is not None and size:
+            if one.effect is not None and size and not one.of_zero:
                 shown += size * one.effect(loads, *self.task.rows)
         return shown
 
-    def changes(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Differentiate readings and friction with respect to each parameter, at constant `u`.
+    @cached_property
+    def zeros(self) -> FloatArray:
+        """Zeros of the channels in n blocks of samples, shape (n, 3)."""
+        zeros = np.zeros((len(self.task.blocks), len(CHANNELS)))
+        for one, size in zip(self.task.parameters, self.p, strict=True):
+            if one.effect is not None and size and one.of_zero:
+                zeros = zeros + size * one.effect(zeros, *self.task.rows)
+        return zeros
 
-        Returns
-        -------
-        ndarray, shape (k, n, 3)
-            Derivatives of the readings.
-        ndarray, shape (k, p)
-            Derivatives of the friction in the middle of the step in which the tip slips.
-        """
+    def changes(self, u: FloatArray) -> Changes:
+        """Differentiate readings and friction with respect to each parameter, at constant `u`."""
         parameters, loads = self.task.parameters, self.loads(*self.states(u))
-        before, friction = self.readings(loads), self.friction(u)[:, 1]
-        readings = np.zeros((len(parameters), *before.shape))
+        friction, readings = self.friction(u)[:, 1], np.zeros((len(parameters), *loads.shape))
         frictions = np.zeros((len(parameters), len(u)))
         step = np.array([one.step for one in parameters])
         sets = self.p + np.diag(step)
         of_rod = [self.task.number[name] for name in OF_ROD]
-        solved = dict(zip(of_rod, set_ups(self.task, self.given, *sets[of_rod]), strict=True))
+        solved = dict(
+            zip(of_rod, forward_models(self.task, self.given, *sets[of_rod]), strict=True)
+        )
         for k, one in enumerate(parameters):
             if one.effect is not None:
                 readings[k] = one.effect(loads, *self.task.rows)
                 continue
             near = solved.get(k) or replace(self, p=sets[k])
             after = near.loads(*near.states(u))
-            readings[k] = (near.readings(after) - before) / step[k]
+            readings[k] = self.scaled((after - loads) / step[k])
             frictions[k] = (near.friction(u)[:, 1] - friction) / step[k]
-        return readings, frictions
+        return Changes(readings=readings, friction=frictions)
 
 
 def _without_lock(branch: Response) -> FloatArray:

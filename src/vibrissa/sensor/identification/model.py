@@ -8,7 +8,7 @@ import numpy as np
 from vibrissa.errors import WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.factors import likely_factor
-from vibrissa.sensor.identification.fit import Fit, fitted, started
+from vibrissa.sensor.identification.fit import Fit, started
 from vibrissa.sensor.identification.goodness import (
     SOUGHT,
     Cause,
@@ -18,11 +18,13 @@ from vibrissa.sensor.identification.goodness import (
 )
 from vibrissa.sensor.identification.mixing import MISFIT, StateTable
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus, periods_of
+from vibrissa.sensor.identification.propagation import HALF_WIDTH, common_deviation
 from vibrissa.sensor.identification.result import Identification, Residuals
 from vibrissa.sensor.identification.screw import pitch_error_of
+from vibrissa.sensor.identification.search import fitted
 from vibrissa.sensor.identification.slips import check_slips
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation
+from vibrissa.sensor.identification.verdict import Verdict
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
@@ -46,34 +48,35 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
     check_slips(task.recording, task.spans, task.noise)
     start = started(task, whisker, table.nearest(task.blocks.readings).x0)
     _check_states(start, table)
-    fit = fitted(start)
-    goodness = Goodness.of(fit)
+    verdict = fitted(start)
+    goodness = Goodness.of(verdict)
     free = [one for one in task.parameters if one.deviation > 0.0]
-    estimates = estimates_of(free, fit.p[fit.free], fit.covariance)
-    doubted = not (goodness.fits and fit.settled) or any(one.far for one in estimates)
-    periods = read_periods(fit)
+    estimates = estimates_of(free, verdict.fit.p[task.free], verdict.covariance)
+    doubted = not (goodness.fits and verdict.settled) or any(one.far for one in estimates)
+    periods = read_periods(verdict)
     channels = tuple(CHANNELS[number] for number in task.used)
+    residuals = verdict.fit.residuals
     found = Identification(
         recording=task.recording,
-        periods=periods.doubted(*_checks(fit, periods)),
+        periods=periods.doubted(*_checks(verdict, periods)),
         units=task.units,
         by_model=True,
         estimates=estimates,
-        covariance=fit.covariance,
+        covariance=verdict.covariance,
         slope=task.slope,
         goodness=goodness,
-        causes=_causes(fit, goodness.fits) if doubted else (),
-        residuals=Residuals(clamp=task.blocks.clamp, values=fit.residuals, channels=channels),
+        causes=_causes(verdict, goodness.fits) if doubted else (),
+        residuals=Residuals(clamp=task.blocks.clamp, values=residuals, channels=channels),
     )
     if not (goodness.fits or periods.coarse):
         found = found.noted(*task.noisier())
-    return found.doubted(unfitted(found, fit.settled)) if doubted else found
+    return found.doubted(unfitted(found, verdict.settled)) if doubted else found
 
 
-def _causes(fit: Fit, fits: bool) -> tuple[Cause, ...]:
+def _causes(verdict: Verdict, fits: bool) -> tuple[Cause, ...]:
     """Find likely causes of a misfit, a repeated error of the positions included."""
-    repeated = None if fits else pitch_error_of(fit)
-    found = (*causes_of(fit, fits), *([] if repeated is None else [repeated]))
+    repeated = None if fits else pitch_error_of(verdict)
+    found = (*causes_of(verdict, fits), *([] if repeated is None else [repeated]))
     return tuple(sorted(found, key=lambda one: -one.explained)[:SOUGHT])
 
 
@@ -113,10 +116,11 @@ def _check_states(fit: Fit, table: StateTable) -> None:
         )
 
 
-def _checks(fit: Fit, periods: Periods) -> list[Check]:
+def _checks(verdict: Verdict, periods: Periods) -> list[Check]:
     """Check that each period fits a sticking tip, and that slips have the clamp's direction."""
+    fit = verdict.fit
     worst = fit.task.blocks.sums(fit.residuals**2).argmax(axis=1)
-    contact = fit.set_up.contact(fit.u)
+    contact = fit.model.contact(fit.u)
     own = np.hypot(fit.known**-0.5, fit.task.recording.position)
     way = np.diff(contact) * fit.task.ends.sign[:-1]
     stays = way < CERTAIN * np.hypot(own[1:], own[:-1])
@@ -125,28 +129,31 @@ def _checks(fit: Fit, periods: Periods) -> list[Check]:
     why = "does not fit a tip that sticks; if slips are slow, state --slip-time"
     return [
         *(
-            Check(Grade.WRONG, ~fit.fits_alone & (worst == number), f"{CHANNELS[channel]} {why}")
+            Check(
+                Grade.WRONG, ~verdict.fits_alone & (worst == number), f"{CHANNELS[channel]} {why}"
+            )
             for number, channel in enumerate(fit.task.used)
         ),
         Check(Grade.WRONG, against, "the tip cannot slip in this direction"),
     ]
 
 
-def read_periods(fit: Fit) -> Periods:
+def read_periods(verdict: Verdict) -> Periods:
     """Estimate the friction of the periods from a fit."""
+    fit, line = verdict.fit, verdict.line
     sign = fit.task.ends.sign
-    states, x0 = fit.set_up.onset(fit.u)
+    states, x0 = fit.model.onset(fit.u)
     slope = sign * states.demand_slope(np.clip(x0, states.x0_pull, states.x0_lock))[:, 1]
     # With a filter the beginning of a slip is hidden in noise, for up to the delay.
     late = fit.task.recording.lag[fit.task.spans.ends] / np.sqrt(12.0)
     # Standard deviation of x0 at each period's end, for a known set-up.
     own = np.sqrt(1.0 / fit.known + fit.task.recording.position**2 / 2.0 + late**2)
     by_noise = np.abs(slope) * own
-    effects = fit.by_setup.friction + slope[:, None] * fit.by_setup.u
-    heights = _by_height(fit, effects[:, fit.task.number["eta"]])
-    effects = (effects + heights.effects)[:, fit.free]
-    common = common_deviation(effects, fit.covariance)
-    along = fit.set_up.friction(fit.u)
+    effects = line.friction + slope[:, None] * line.u
+    heights = _by_height(verdict, effects[:, fit.task.number["eta"]])
+    effects = (effects + heights.effects)[:, fit.task.free]
+    common = common_deviation(effects, verdict.covariance)
+    along = fit.model.friction(fit.u)
     # The tip slips only between the end of pulling and the lock, with friction against its motion.
     first, last = np.sort(x0, axis=1)[:, [0, -1]].T
     # On a level stage all periods have the same height.
@@ -170,7 +177,7 @@ def read_periods(fit: Fit) -> Periods:
         [PeriodStatus.BEYOND, PeriodStatus.LOCK, PeriodStatus.OPEN, PeriodStatus.BEYOND],
         PeriodStatus.SLIP,
     )
-    return replace(periods.ended(status, least), contact=fit.set_up.contact(fit.u))
+    return replace(periods.ended(status, least), contact=fit.model.contact(fit.u))
 
 
 class _ByHeight(NamedTuple):
@@ -189,17 +196,17 @@ class _ByHeight(NamedTuple):
     effects: FloatArray
 
 
-def _by_height(fit: Fit, effect: FloatArray) -> _ByHeight:
+def _by_height(verdict: Verdict, effect: FloatArray) -> _ByHeight:
     """Estimate the change of μ0 due to the heights, where μ0 changes by `effect` per height."""
-    none = np.zeros(len(fit.u))
-    if not (fit.task.slope.deviation and fit.settled):
+    none, line = np.zeros(len(effect)), verdict.line
+    if not (verdict.task.slope.deviation and verdict.settled):
         return _ByHeight(change=none, left=none, effects=none[:, None])
-    height, variance = fit.heights_of_tips
-    part = fit.allowed / (fit.allowed + variance)
+    height, variance = verdict.heights
+    part = line.allowed / (line.allowed + variance)
     return _ByHeight(
         change=effect * part * height,
         left=np.abs(effect) * np.sqrt(part * variance),
-        effects=(effect * part)[:, None] * fit.moves_of_heights,
+        effects=(effect * part)[:, None] * line.moves_of_heights,
     )
 
 
@@ -210,7 +217,7 @@ def _least(fit: Fit, own: FloatArray) -> tuple[FloatArray, BoolArray]:
     period fits no state of the rod.
     """
     blocks = fit.task.blocks
-    states, x0 = fit.set_up.states(fit.u)
+    states, x0 = fit.held
     wide = HALF_WIDTH * own[blocks.period]
     none = (x0 - wide > states.x0_end) | (x0 + wide < states.x0_pull)
     # Take the state nearest to α = 0 within the uncertainty of x0: it needs the least friction.

@@ -34,9 +34,9 @@ NEEDS = {"moment_origin_x": 2, "moment_origin_y": 2}
 # Steps of difference quotients: in units of the parameter; for the height as a part of the gap
 # between the surface and an upright rod.
 STEP, STEP_IN_GAP = 1e-4, 1e-3
-# Largest angle (rad) and curvature (1/L), and least part of a given size or scale, that is tried
-# for a set-up.
-MOST_ANGLE, MOST_CURVED, LEAST_SCALE = 0.25 * np.pi, 5.0, 0.1
+# Largest angle (rad), curvature (1/L) and radius of the tip (L), and least part of a given size or
+# scale, that is tried for a set-up.
+MOST_ANGLE, MOST_CURVED, LEAST_SCALE, ROUNDEST = 0.25 * np.pi, 5.0, 0.1, 0.02
 # Number of half waves of a drift. All further half waves have 0.11 of the line's deviation.
 WAVES = 8
 # Matrices that, times the loads, are the change of the readings per unit of a parameter: E, d0⁴,
@@ -86,6 +86,11 @@ class Parameter:
     high: float = np.inf
     step: float = STEP
 
+    @property
+    def of_zero(self) -> bool:
+        """Whether the parameter changes the zero of a channel, whatever the loads are."""
+        return TOLERABLE[self.of].channel >= 0
+
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
@@ -122,6 +127,7 @@ def ranges_of(given: Whisker | None) -> dict[str, Range]:
         "clamp_compliance": Range(low=-mounting.clamp_compliance),
         # A rod that lies on the surface has no neighbour that is curved towards the surface.
         "curvature": Range(low=-MOST_CURVED, high=MOST_CURVED, step=-STEP),
+        "tip_radius": Range(low=0.0, high=min(ROUNDEST, given.eta - LOWEST)),
         "transducer_angle": Range(low=-MOST_ANGLE, high=MOST_ANGLE),
         "modulus": scale,
         "diameter": scale,

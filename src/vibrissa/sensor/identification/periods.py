@@ -9,11 +9,11 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.identification.propagation import HALF_WIDTH, half_width, step_deviation
 from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.identification.slips import LOST, Spans, usual_step
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, half_width, step_deviation
 from vibrissa.wording import counted
 
 # Least number of samples of a period that is not doubted.

@@ -22,15 +22,15 @@ from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.goodness import estimates_of
 from vibrissa.sensor.identification.parameters import BEARING, Parameter
 from vibrissa.sensor.identification.periods import Check, Grade, PeriodStatus, periods_of
-from vibrissa.sensor.identification.recording import FORCES
-from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.slips import Ends, check_slips
-from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.identification.uncertainty import (
+from vibrissa.sensor.identification.propagation import (
     HALF_WIDTH,
     common_deviation,
     variance_between,
 )
+from vibrissa.sensor.identification.recording import FORCES
+from vibrissa.sensor.identification.result import Identification
+from vibrissa.sensor.identification.slips import Ends, check_slips
+from vibrissa.sensor.identification.task import Task
 
 # Highest degree that is chosen.
 MOST_DEGREE = 6

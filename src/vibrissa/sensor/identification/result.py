@@ -17,10 +17,10 @@ from vibrissa.quantities.units import Kind, Units
 from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.profile import ContactProfile
+from vibrissa.sensor.identification.propagation import common_deviation
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
-from vibrissa.sensor.identification.uncertainty import common_deviation
 from vibrissa.wording import counted
 
 # Numbers of standard deviations above which the means, and the frictions of one period, disagree.

@@ -1,10 +1,13 @@
 """An error of the clamp positions that repeats along the way, as that of a lead screw does.
 
 The pitch is not known. For each of many pitches P an error a·sin(2πX/P) + b·cos(2πX/P) of the
-positions is fitted to the residuals, together with the contact points (Lomb, 1976).
+positions is fitted to the residuals, together with the contact points (Lomb, 1976). The set-up has
+been fitted before, and has taken a part of the error: for the best pitch, error and set-up are
+fitted together, to first order.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +15,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.units import Kind, Units
 from vibrissa.sensor.identification.fit import TINY, Fit
 from vibrissa.sensor.identification.goodness import LEVEL, Cause
+from vibrissa.sensor.identification.verdict import Verdict
 
 # Least number of blocks of samples in a pitch, and of pitches in the scan.
 FINEST, FEWEST = 4.0, 4.0
@@ -46,45 +50,89 @@ class PitchError(Cause):
         )
 
 
-def pitch_error_of(fit: Fit) -> PitchError | None:
+class _Wave(NamedTuple):
+    """An error of the positions with one pitch, as fitted to the residuals.
+
+    Attributes
+    ----------
+    fall : float
+        Fall of χ² if the positions have this error.
+    size : float
+        Amplitude of the error (L).
+    """
+
+    fall: float
+    size: float
+
+
+NO_WAVE = _Wave(fall=0.0, size=0.0)
+
+
+def pitch_error_of(verdict: Verdict) -> PitchError | None:
     """Find an error of the positions that repeats and explains most of the misfit, if any."""
-    blocks, excess = fit.task.blocks, fit.misfit - fit.degrees - fit.unevenness.number
+    fit, degrees = verdict.fit, verdict.degrees + verdict.unevenness.number
+    blocks, excess = verdict.task.blocks, verdict.misfit - degrees
     way, steps = np.ptp(blocks.clamp), np.abs(np.diff(blocks.clamp))
     if excess <= 0.0 or not steps.any():
         return None
     # Readings change along `slope` where positions are wrong.
     weight = np.where(fit.rows, (fit.slope**2).sum(axis=1), 0.0)
-    miss = (fit.misses * fit.slope).sum(axis=1) / np.maximum(weight, TINY)
+    along = np.where(fit.rows, (verdict.misses * fit.slope).sum(axis=1), 0.0)
     most = way / (FINEST * np.median(steps[steps > 0.0]))
     number = int(np.clip(FINER * (most - FEWEST), 0, MOST_TRIED))
-    waves = np.linspace(FEWEST, most, number)
-    fits = [_fitted(fit, weight, miss, 2.0 * np.pi * wave / way) for wave in waves.tolist()]
-    if not fits:
+    if not number:
         return None
-    best = int(np.argmax([fall for fall, _ in fits]))
-    fall, size = fits[best]
+    waves = 2.0 * np.pi / way * np.linspace(FEWEST, most, number)
+    best = float(waves[np.argmax([_alone(fit, weight, along, wave).fall for wave in waves])])
+    found = _with_set_up(verdict, weight, best)
     # Each wave has two coefficients: χ² of two degrees of freedom falls by more with exp(−fall/2).
-    if number * np.exp(-0.5 * fall) > LEVEL or fall < EXPLAINS * excess:
+    if number * np.exp(-0.5 * found.fall) > LEVEL or found.fall < EXPLAINS * excess:
         return None
+    left = max((verdict.misfit - found.fall) / max(degrees, 1), 1.0)
     return PitchError(
-        parameter=fit.task.parameters[fit.task.number["stage_scale"]],
-        size=size,
-        deviation=size / np.sqrt(fall),
-        explained=min(fall / excess, 1.0),
-        pitch=way / float(waves[best]),
+        parameter=verdict.task.parameters[verdict.task.number["stage_scale"]],
+        size=found.size,
+        deviation=found.size * np.sqrt(left / found.fall),
+        explained=min(found.fall / excess, 1.0),
+        pitch=2.0 * np.pi / best,
     )
 
 
-def _fitted(fit: Fit, weight: FloatArray, miss: FloatArray, number: float) -> tuple[float, float]:
-    """Fit an error with this wave number (1/L); return the fall of χ², and the amplitude (L)."""
+def _waves(fit: Fit, weight: FloatArray, number: float) -> FloatArray:
+    """Sine and cosine of the positions for a wave number (1/L), shape (2, n).
+
+    Their part that only shifts the contact point of a period is subtracted, as that point is
+    fitted, too.
+    """
     blocks, phase = fit.task.blocks, number * fit.task.shown
     waves = np.stack([np.sin(phase), np.cos(phase)])
     whole = np.maximum(blocks.sums(weight), TINY)
-    # The contact point of each period is fitted, too.
-    waves -= np.stack([blocks.sums(weight * one) / whole for one in waves])[:, blocks.period]
-    square = (weight * waves) @ waves.T
-    along = waves @ (weight * miss)
+    means = np.stack([blocks.sums(weight * one) / whole for one in waves])
+    return np.asarray(waves - means[:, blocks.period])
+
+
+def _alone(fit: Fit, weight: FloatArray, along: FloatArray, number: float) -> _Wave:
+    """Fit an error with this wave number (1/L) for the fitted set-up."""
+    waves = _waves(fit, weight, number)
+    return _fitted((weight * waves) @ waves.T, waves @ along)
+
+
+def _with_set_up(verdict: Verdict, weight: FloatArray, number: float) -> _Wave:
+    """Fit an error with this wave number (1/L) together with the set-up, to first order."""
+    fit, line = verdict.fit, verdict.line
+    waves = _waves(fit, weight, number)
+    moved = [line.levelled(fit.slope * one[:, None]) for one in waves]
+    changes = np.stack([one[fit.rows].ravel() for one in moved])
+    square = changes @ changes.T
+    if verdict.adjusted:
+        shared = line.jacobian @ changes.T
+        square -= shared.T @ verdict.remaining @ shared
+    return _fitted(square, changes @ verdict.misses[fit.rows].ravel())
+
+
+def _fitted(square: FloatArray, along: FloatArray) -> _Wave:
+    """Solve the normal equations of both coefficients of a wave."""
     if np.linalg.det(square) <= 0.0:
-        return 0.0, 0.0
+        return NO_WAVE
     sizes = np.linalg.solve(square, along)
-    return float(along @ sizes), float(np.hypot(*sizes))
+    return _Wave(fall=float(along @ sizes), size=float(np.hypot(*sizes)))

@@ -28,7 +28,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.goodness import LEVEL
 from vibrissa.sensor.identification.parameters import SLOPE
 from vibrissa.sensor.identification.periods import Grade, Periods, PeriodStatus
-from vibrissa.sensor.identification.uncertainty import common_deviation, variance_between
+from vibrissa.sensor.identification.propagation import common_deviation, variance_between
 from vibrissa.wording import counted
 
 if TYPE_CHECKING:

@@ -70,6 +70,16 @@ class Task:
         """Return the values `p`, which are in the order of `parameters`, by parameter name."""
         return dict(zip(self.number, p.tolist(), strict=True))
 
+    @cached_property
+    def sigma(self) -> FloatArray:
+        """Tolerances of the k parameters, shape (k,); 0 if exact."""
+        return np.array([one.deviation for one in self.parameters])
+
+    @cached_property
+    def free(self) -> BoolArray:
+        """Whether each parameter is fitted (true) or exact (false), shape (k,)."""
+        return self.sigma > 0.0
+
     @property
     def used(self) -> list[int]:
         """Indices of the channels that are used."""

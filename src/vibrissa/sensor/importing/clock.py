@@ -13,9 +13,10 @@ from vibrissa.quantities.series import listed
 if TYPE_CHECKING:
     from pandas import Series
 
+DATE = re.compile("[0-9]{1,4}[-./][0-9]{1,2}[-./][0-9]{1,4}")
 # Date and zone are optional.
 CLOCK = re.compile(
-    r"(?:([0-9]{1,4}[-./][0-9]{1,2}[-./][0-9]{1,4})(?:T|,?\s+))?"
+    rf"(?:({DATE.pattern})(?:T|,?\s+))?"
     r"([0-9]{1,2}):([0-9]{2}):([0-9]{2}(?:[.,][0-9]*)?)"
     r"(?:\s*([AaPp])\.?[Mm]\.?)?(?:\s*(?:Z|UTC|GMT|[-+][0-9]{2}:?[0-9]{2}))?"
 )
@@ -30,6 +31,17 @@ MOST = 4.0
 def is_clock(cell: str) -> bool:
     """Whether a cell is the time of a clock."""
     return CLOCK.fullmatch(cell.strip()) is not None
+
+
+def is_dated(cell: str) -> bool:
+    """Whether the time of a clock has a date."""
+    parts = CLOCK.fullmatch(cell.strip())
+    return parts is not None and parts[1] is not None
+
+
+def is_date(cell: str) -> bool:
+    """Whether a cell is a date without a time."""
+    return DATE.fullmatch(cell.strip()) is not None
 
 
 def unit_since_1970(value: float) -> str:

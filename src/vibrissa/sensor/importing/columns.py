@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from vibrissa.errors import ArgumentError
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind, is_number, unit_ratio, unit_size
 from vibrissa.sensor.importing.cells import is_missing
-from vibrissa.sensor.importing.clock import is_clock, unit_since_1970
+from vibrissa.sensor.importing.clock import is_clock, is_date, is_dated, unit_since_1970
 from vibrissa.sensor.transducer import CHANNELS
 
 if TYPE_CHECKING:
@@ -37,6 +37,9 @@ SOURCE = re.compile(
 # Weights that stand for forces, and products of them with a length.
 WEIGHTS = {"kg": "kgf", "g": "gf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
 WEIGHT = re.compile(r"\b(kg|g|lbs?|oz)\b")
+# Whole seconds of a time, and the nanoseconds beside them, as in ROS: stamp.sec, stamp.nanosec.
+SECONDS = re.compile(r"(.*?)sec(?:ond)?s?", re.IGNORECASE)
+NANOSECONDS = re.compile(r"(.*?)n(?:ano)?_?sec(?:ond)?s?", re.IGNORECASE)
 # Units of signals that a factor converts.
 VOLT = "V"
 
@@ -50,6 +53,8 @@ class FileColumn(NamedTuple):
         What the user should check, or how the unit was understood.
     clock : bool
         Whether the cells are times of a clock.
+    beside : int or None
+        Number of the column that completes the time: nanoseconds, or the dates of a clock.
     """
 
     number: int
@@ -58,6 +63,7 @@ class FileColumn(NamedTuple):
     factor: float
     remark: str = ""
     clock: bool = False
+    beside: int | None = None
 
     @property
     def note(self) -> str:
@@ -205,10 +211,20 @@ def _number_of(layout: "Layout", target: str, source: str, stated: Stated) -> in
 
 
 def _clock(layout: "Layout", number: int) -> FileColumn | None:
-    """Return a column of times of a clock, or of counts since 1970; None if it is neither."""
+    """Return a column of times of a clock, or of seconds since 1970 or beside nanoseconds.
+
+    Return None if it is none of these.
+    """
     title, first = layout.titles[number], layout.first_value(number)
     if is_clock(first):
-        return FileColumn(number, title, "s", 1.0, " (times of a clock), from the first row", True)
+        dates = None if is_dated(first) else _dates_beside(layout)
+        of = "" if dates is None else f" with the dates in {layout.titles[dates]}"
+        remark = f" (times of a clock{of}), from the first row"
+        return FileColumn(number, title, "s", 1.0, remark, clock=True, beside=dates)
+    nanoseconds = _nanoseconds_beside(layout, number)
+    if nanoseconds is not None:
+        remark = f" plus {layout.titles[nanoseconds]} in ns, from the first row"
+        return FileColumn(number, title, "s", 1.0, remark, beside=nanoseconds)
     if any(_units_in_file(layout, number, Kind.TIME)) or not is_number(first.replace(",", ".")):
         return None
     unit = unit_since_1970(float(first.replace(",", ".")))
@@ -216,6 +232,23 @@ def _clock(layout: "Layout", number: int) -> FileColumn | None:
         return None
     remark = f" since 1970, from the first row (no unit in the file; {first} is a time in {unit})"
     return FileColumn(number, title, unit, float(unit_size(unit, Kind.TIME)), remark)
+
+
+def _dates_beside(layout: "Layout") -> int | None:
+    """Find the only column of dates; None if there is none, or several."""
+    places = range(len(layout.titles))
+    found = [place for place in places if is_date(layout.first_value(place))]
+    return found[0] if len(found) == 1 else None
+
+
+def _nanoseconds_beside(layout: "Layout", number: int) -> int | None:
+    """Find the column of the nanoseconds that belong to a column of whole seconds."""
+    own = SECONDS.fullmatch(layout.titles[number])
+    if own is None or NANOSECONDS.fullmatch(layout.titles[number]):
+        return None
+    others = [NANOSECONDS.fullmatch(title) for title in layout.titles]
+    found = [place for place, other in enumerate(others) if other and other[1] == own[1]]
+    return found[0] if len(found) == 1 else None
 
 
 def _units_in_file(layout: "Layout", number: int, kind: Kind) -> list[str]:

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 EXTRA = "files"
 # Number of tables and of titles that a message lists.
 LISTED = 8
+# Functions of MATLAB that write its objects as text.
+WRITERS = {"table": "writetable", "timetable": "writetimetable"}
 # A number that is no text: Excel's cells are exact decimals with a point.
 POINT = Signs(".")
 
@@ -215,9 +217,12 @@ def _text_of(cell: object) -> str:
 def _matlab(data: bytes, name: str) -> Tables:
     """Read a file of MATLAB 4 to 7.2."""
     from scipy.io import loadmat
+    from scipy.io.matlab import MatlabOpaque
 
     variables = _load("MATLAB file", name, lambda: loadmat(io.BytesIO(data), simplify_cells=True))
-    return _tables_of_variables(variables, name)
+    objects = [one for one in variables.values() if isinstance(one, MatlabOpaque)]
+    classes = {one["s0"].item().decode(): one["s2"].item().decode() for one in objects}
+    return _tables_of_variables(variables, name, classes)
 
 
 def _matlab_hdf(data: bytes, name: str) -> Tables:
@@ -226,11 +231,32 @@ def _matlab_hdf(data: bytes, name: str) -> Tables:
     from mat73 import loadmat
 
     variables = _load("MATLAB file", name, lambda: loadmat(io.BytesIO(data), verbose=False))
-    return _tables_of_variables(variables, name)
+    return _tables_of_variables(variables, name, _classes_in(data))
 
 
-def _tables_of_variables(variables: Mapping[str, Any], name: str) -> Tables:
-    """Group the columns of each struct, and those of all other variables, by their length."""
+def _classes_in(data: bytes) -> dict[str, str]:
+    """Classes of the variables in a file of MATLAB 7.3."""
+    import h5py
+
+    with h5py.File(io.BytesIO(data)) as file:
+        return {
+            key: one.attrs["MATLAB_class"].decode()
+            for key, one in file.items()
+            if "MATLAB_class" in one.attrs
+        }
+
+
+def _tables_of_variables(
+    variables: Mapping[str, Any], name: str, classes: Mapping[str, str]
+) -> Tables:
+    """Group the columns of each struct, and those of all other variables, by their length.
+
+    Raises
+    ------
+    RecordingError
+        If there is no table. Of tables of MATLAB, which are objects of some `classes`, no library
+        reads more than the name.
+    """
     tables: dict[str, list[Named]] = {}
     known = {key: value for key, value in variables.items() if not key.startswith("__")}
     structs = {key: value for key, value in known.items() if isinstance(value, Mapping)}
@@ -246,11 +272,15 @@ def _tables_of_variables(variables: Mapping[str, Any], name: str) -> Tables:
             first = of[0].title.partition("(")[0]
             key = group if group and len(fitting) == 1 else f"{group}.{first}".strip(".")
             tables[key] = of
-    if not tables:
+    written = [(key, WRITERS[of]) for key, of in classes.items() if of in WRITERS]
+    if not tables and written:
+        key, write = written[0]
         raise RecordingError(
-            f"{no_table(name)} (variables: {', '.join(known) or 'none'}). A table or timetable of "
-            "MATLAB is not read: save the struct s = table2struct(T, 'ToScalar', true)"
+            f"{name}: {key} is a {classes[key]} object, which only MATLAB can read: type "
+            f"{write}({key}, '{key}.csv') in MATLAB, and import {key}.csv"
         )
+    if not tables:
+        raise RecordingError(f"{no_table(name)} (variables: {', '.join(known) or 'none'})")
     return tables
 
 

@@ -211,23 +211,39 @@ def _other_titles(layout: Layout) -> str:
 def _values(found: dict[str, FileColumn], layout: Layout, name: str, rate: float | None) -> Values:
     """Read columns in SI units."""
     cells = {target: layout.cells.iloc[:, one.number] for target, one in found.items()}
-    plain = {target: each for target, each in cells.items() if not found[target].clock}
+    plain = {target: each for target, each in cells.items() if not _in_parts(found[target])}
     read = values_of(plain, name, layout.signs)
     values = {target: found[target].factor * each for target, each in read.items()}
     if rate is not None:
         _check_rate(rate, layout, name)
         return {"time": layout.samples / rate, **values}
     if "time" in found:
-        time = _time(found["time"], layout, name) if found["time"].clock else values["time"]
+        column = found["time"]
+        time = _time(column, layout, name) if _in_parts(column) else values["time"]
         _check_time(time, layout, name)
         values = values | {"time": time - time[0] if time[0] > LONG_AGO else time}
     return values
 
 
+def _in_parts(column: FileColumn) -> bool:
+    """Whether the cells of a column are times of a clock, or need another column beside them."""
+    return column.clock or column.beside is not None
+
+
 def _time(column: FileColumn, layout: Layout, name: str) -> FloatArray:
-    """Read times of a clock, in seconds since the first."""
+    """Read the times of a clock, or seconds and nanoseconds, in seconds since the first."""
     cells = layout.cells.iloc[:, column.number]
+    if not column.clock:
+        parts = {"seconds": cells, "nanoseconds": layout.cells.iloc[:, column.beside]}
+        read = values_of(parts, name, layout.signs)
+        # Differences first: seconds since 1970 have no digits left for nanoseconds.
+        whole = read["seconds"] - np.fmin.reduce(read["seconds"])
+        time = whole + 1e-9 * read["nanoseconds"]
+        return np.asarray(column.factor * (time - np.fmin.reduce(time)))
     missing = np.array([is_missing(str(cell).strip()) for cell in cells])
+    if column.beside is not None:
+        dates = layout.cells.iloc[:, column.beside].astype(str).str.strip()
+        cells = dates + " " + cells.astype(str).str.strip()
     return column.factor * since_first(cells, name, missing)
 
 
@@ -259,7 +275,7 @@ def _check_rate(rate: float, layout: Layout, name: str) -> None:
 
 def _rate_of(column: FileColumn, layout: Layout, name: str) -> "Rate | None":
     """Mean rate of the times in a column; None if they do not increase."""
-    if column.clock:
+    if _in_parts(column):
         time = _time(column, layout, name)
     else:
         cells = {"time": layout.cells.iloc[:, column.number]}

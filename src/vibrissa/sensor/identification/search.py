@@ -1,0 +1,102 @@
+"""One fit of set-up and contact points to all recorded channels, with tolerances as priors.
+
+The parameters p minimise χ²(p) + Σ (p/σ)², where σ are the tolerances. For each p every period has
+its best u(p), where u is x0 in the last sample of the period (variable projection: Golub and
+Pereyra, 1973). The steps are those of Gauss and Newton. Derivatives by p need further rods solved,
+so that several steps use the same ones: they are computed anew where such steps have settled.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from vibrissa.errors import NoResponseError
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.identification.fit import Fit
+from vibrissa.sensor.identification.forward import forward_models
+from vibrissa.sensor.identification.linearisation import Linearisation
+from vibrissa.sensor.identification.verdict import Verdict
+
+# Number of Gauss-Newton steps by which u is fitted, from its first-order change.
+CONTACT_STEPS = 2
+# Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
+SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
+# If less than this part of the periods does not fit, these are left out of the fit.
+MOST_ALONE = 0.5
+
+
+def fitted(start: Fit) -> Verdict:
+    """Fit the set-up; leave out periods that do not fit by themselves, if fewer than half.
+
+    Raises
+    ------
+    NoResponseError
+        If a rod near to the given one has no response.
+    """
+    line = Linearisation.of(start)
+    found = _searched(line)
+    alone = ~found.fits_alone
+    if not alone.any() or alone.mean() >= MOST_ALONE:
+        return found
+    return _searched(line.keeping(~alone))
+
+
+def _searched(start: Linearisation) -> Verdict:
+    """Fit the set-up; return the given set-up if the steps do not settle."""
+    best, line, fresh = start.at, start, True
+    if not best.task.free.any():
+        return Verdict(fit=best, line=line, settled=True)
+    for _ in range(MOST_STEPS):
+        before, better = line.total(best), _better(best, line)
+        small = better is None or before - line.total(better) < SETTLED * before
+        if better is not None:
+            best = better
+        if small and fresh:
+            if better is None:
+                break
+            return Verdict(fit=best, line=line, settled=True)
+        fresh = small
+        if small:
+            try:
+                line = Linearisation.of(best)
+            except NoResponseError:
+                break
+    return Verdict(fit=start.at, line=start, settled=False)
+
+
+def _better(fit: Fit, line: Linearisation) -> Fit | None:
+    """Take a Gauss-Newton step within the bounds, or a part of it, that does not raise the sum.
+
+    Return None if there is no such step. (`scipy.optimize.least_squares` zigzags along bounds such
+    as c ≥ 0.)
+    """
+    low, high = _bounds(fit)
+    root = np.linalg.cholesky(line.normal).T
+    slope = line.jacobian @ line.misses(fit)[fit.rows].ravel() + fit.scores
+    aim, within = -np.linalg.solve(root.T, slope), (low - fit.scores, high - fit.scores)
+    step = lsq_linear(root, aim, within, method="bvls").x
+    free, sigma, most = fit.task.free, fit.task.sigma, line.total(fit) * (1.0 + SETTLED)
+    for part in 0.5 ** np.arange(HALVINGS):
+        p = fit.p.copy()
+        p[free] = sigma[free] * np.clip(fit.scores + part * step, low, high)
+        try:
+            (model,) = forward_models(fit.task, fit.model.given, p)
+        except NoResponseError:
+            continue
+        u = fit.u + line.u @ (p - fit.p)
+        other = replace(fit, model=model, u=u).with_contacts(CONTACT_STEPS)
+        if line.total(other) <= most:
+            return other
+    return None
+
+
+def _bounds(fit: Fit) -> FloatArray:
+    """Least and largest allowed p/σ, shape (2, f)."""
+    low, high = np.array([(one.low, one.high) for one in fit.task.parameters]).T
+    if fit.model.heights.x0_touch <= fit.u.max():
+        # A rod that is curved towards the surface arches over it before its tip is level.
+        curvature, given = fit.task.number["curvature"], fit.model.given.mounting.coefficients[0]
+        high[curvature] = min(high[curvature], max(0.0, -given))
+    free = fit.task.free
+    return np.asarray(np.stack([low, high])[:, free] / fit.task.sigma[free])
