@@ -75,7 +75,7 @@ def travel_on_slope(states: States, mu0: float, slope: float, mu_rest: float = 0
     >>> print(f"{travel_on_slope(response, 0.3, 0.0):.6f}")
     0.026336
     >>> print(f"{travel_on_slope(response, 0.3, -0.04):.6f}")
-    0.019768
+    0.021428
     """
 
     def reached(mu: float) -> float:
