@@ -107,7 +107,7 @@ def test_friction_on_an_uneven_surface_is_called_apparent():
         ("eta", "0.05 mm", {"eta": "85.05 mm"}),
         ("length", "0.05 mm", {"length": "100.05 mm"}),
         ("modulus", "0.5 %", {"modulus": "211.05 GPa"}),
-        ("clamp_angle", "0.1 deg", {"clamp_angle": "0.1 deg"}),
+        ("clamp_angle", "0.02 deg", {"clamp_angle": "0.02 deg"}),
         ("curvature", "0.05 m^-1", {"curvature": "0.05 m^-1"}),
         ("zero_force_y", "2 mN", {}),
     ],

@@ -276,6 +276,12 @@ WRONG = {
     "to text": ("to: [0.5, -0.1]", "to: far", "19: scans.path.to", "'far'"),
     "figure": ("surface: flat, law", "surface: random, law", "21: figures.shapes", "mu0"),
     "figure law": (", law: free", "", "21: figures.shapes", "shows one value of law"),
+    "no steps": (
+        "cycles: 20",
+        "cycles: 20\n    each_step: false",
+        "22: figures.shapes.scan",
+        "its table `scans` has no steps",
+    ),
     "shot": ("study: demo", "study: demo\nmethod: shooting", "11: scans.laws", "collocation"),
 }
 

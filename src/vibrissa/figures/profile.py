@@ -34,8 +34,9 @@ def save_profile(rows: pd.DataFrame, path: Path) -> None:
             markersize=2,
             color=style.START,
             elinewidth=0.5,
-            label="samples, with their noise",
         )
+        dot: style.Look = {"marker": ".", "linestyle": "none", "color": style.START}
+        style.mean(panel, "samples, with their noise", **dot)
         panel.set(xlabel=f"contact point / {unit}", ylabel=f"height / {unit}")
         panel.ticklabel_format(axis="both", style="sci", scilimits=(-3, 3))
         style.legend(figure)

@@ -13,6 +13,8 @@ from vibrissa.scanning.response import States
 MOST_SLIPS, REPEATED = 6, 0.03
 # Fewest distances that are compared.
 COMPARED = 3
+# Number of displacements at which a mobilised friction is sought.
+LOOKS = 257
 
 
 class Locking(NamedTuple):
@@ -75,17 +77,20 @@ def travel_on_slope(states: States, mu0: float, slope: float, mu_rest: float = 0
     >>> print(f"{travel_on_slope(response, 0.3, 0.0):.6f}")
     0.026336
     >>> print(f"{travel_on_slope(response, 0.3, -0.04):.6f}")
-    0.019768
+    0.021428
     """
 
     def reached(mu: float) -> float:
         wanted = np.tan(np.arctan(mu) + np.arctan(slope))
-        begin, end = float(states.x0_pull), float(states.x0_lock)
-        low, high = states.demand(np.array([begin, end]))
-        if not low <= wanted <= high:
+        # At the end of pulling the normal force may vanish.
+        x0 = np.linspace(float(states.x0_pull), float(states.x0_lock), LOOKS)
+        below = states.demand(x0) < wanted
+        rises = np.flatnonzero(below[:-1] & ~below[1:])
+        if not len(rises):
             raise ArgumentError(
                 f"on a slope of {slope:g} the rod has no state with |T/N| = {mu:g} before it locks"
             )
-        return float(brentq(lambda x0: float(states.demand(x0)) - wanted, begin, end))
+        between = x0[rises[-1] : rises[-1] + 2]
+        return float(brentq(lambda at: float(states.demand(at)) - wanted, *between))
 
     return reached(mu0) - reached(mu_rest)

@@ -268,6 +268,10 @@ class Study(Section):
         for name, figure in self.figures.items():
             if FIGURE_KINDS[figure.kind].frequencies and not self.frequencies:
                 mistakes.add("this kind needs `frequencies: 1` or 2", "figures", name, "kind")
+            source = self.scans.get(figure.scan or "")
+            if source is not None and not source.each_step and figure.drawn_from == "scans":
+                text = f"{figure.scan!r} has `each_step: false`: its table `scans` has no steps"
+                mistakes.add(text, "figures", name, "scan")
             sections = self._sections(figure.source)
             for place, text in figure.misfits(sections, self.folder):
                 mistakes.add(text, "figures", name, *place)

@@ -55,6 +55,11 @@ class ScanSection(Section):
         description="position in units of L at which the clamp stops, or a list of turning "
         "points, as in [1.5, 0]; in place of cycles",
     )
+    each_step: bool = Field(
+        default=True,
+        description="whether the table `scans` has a row for each step; false: only for the last "
+        "step of each scan, so that many scans of small steps make no large table",
+    )
     shapes: bool = Field(
         default=False,
         description="whether the table `scans` has the shape of the rod at each step; a figure "
@@ -175,6 +180,7 @@ class ScanChunk:
     to: Sequence[float] | None
     cycles: int | None
     shapes: bool
+    each_step: bool
     periods: int
 
     @cached_property
@@ -186,7 +192,7 @@ class ScanChunk:
     @property
     def params(self) -> dict[str, Any]:
         """Inputs that determine the rows, as plain values."""
-        names = ("scan", "axes", "surfaces", "laws", "to", "cycles", "shapes")
+        names = ("scan", "axes", "surfaces", "laws", "to", "cycles", "shapes", "each_step")
         return {name: getattr(self, name) for name in names}
 
     def part(self, solver: Mapping[str, str]) -> str:
@@ -241,5 +247,6 @@ def scan_chunks(
                 to=scan.to,
                 cycles=scan.cycles,
                 shapes=shapes,
+                each_step=scan.each_step,
                 periods=scan.periods,
             )

@@ -55,6 +55,7 @@ def computed_scans(
     shapes: bool,
     study: str,
     *,
+    each_step: bool = True,
     method: Solver,
     contact: Contact,
     section: RodSection,
@@ -82,6 +83,7 @@ def computed_scans(
                     study=study,
                     method=method,
                     shapes=shapes,
+                    each_step=each_step,
                     frequencies=frequencies,
                 )
 
@@ -174,6 +176,7 @@ def scan_tables(
     study: str,
     method: Solver,
     shapes: bool,
+    each_step: bool = True,
     frequencies: int = 0,
 ) -> ScanTables:
     """Make the rows of a scan; if it has no result, one row in each table.
@@ -184,6 +187,8 @@ def scan_tables(
         Values of the axes, of the surface and of the slip law.
     shapes : bool
         Whether to keep the shape of the rod at each step.
+    each_step : bool
+        Whether to keep all steps; else the last one.
     frequencies : int
         Number of natural frequencies to compute at each step.
     """
@@ -197,7 +202,9 @@ def scan_tables(
         **{"status": scan.status, "message": scan.message},
     }
     return ScanTables(
-        steps=_table(SCANS, same, _steps(scan, rod, shapes, frequencies) if len(scan) else {}),
+        steps=_table(
+            SCANS, same, _steps(scan, rod, shapes, each_step, frequencies) if len(scan) else {}
+        ),
         periods=_table(PERIODS, same, _periods(scan) if len(scan) else {}),
     )
 
@@ -215,21 +222,27 @@ def _table(schema: pa.Schema, same: Mapping[str, Any], columns: Mapping[str, Any
     return table_of(schema, missing | columns)
 
 
-def _steps(scan: Scan, rod: Mapping[str, Any], shapes: bool, frequencies: int) -> dict[str, Any]:
+def _steps(
+    scan: Scan, rod: Mapping[str, Any], shapes: bool, each_step: bool, frequencies: int
+) -> dict[str, Any]:
+    rows = slice(None) if each_step else slice(-1, None)
+    # Numbers of steps and x0 are counted from the slip before.
+    cycle, step, since = scan.cycle[rows], scan.step[rows], scan.since[rows]
+    scan = scan.take(rows)
     state = scan.state
     columns = {
-        "cycle": scan.cycle,
-        "step": scan.step,
+        "cycle": cycle,
+        "step": step,
         "phase": np.where(scan.phase == TipPhase.SLIP, TipPhase.SLIP, TipPhase.STICK),
         "side": scan.side,
         "footpoint": scan.clamp,
-        "x0": state.x0,
         "x1": scan.contact,
         "mu0_tip": scan.mu0,
         "height": scan.lift,
         "inclination": scan.inclination,
         "apparent_friction": scan.apparent_friction,
         **state_values(state),
+        "x0": since,
         # As commands and notebooks report them; the state has them to rounding.
         **dict(zip(LOADS, scan.reactions.T, strict=True)),
         **frequency_values(_frequencies(rod, state, frequencies)),
