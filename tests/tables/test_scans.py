@@ -147,7 +147,7 @@ def test_a_tip_that_leaves_its_surface_tells_where(tmp_path):
     *slips, last = found.periods.to_pylist()
     assert len(slips) > 1 and {row["ends_by"] for row in slips} == {"slip"}
     assert last["ends_by"] == "unknown" and last["x1_rest"] is None
-    assert last["mobilised"] == pytest.approx(last["mu0_tip"], abs=1e-9)
+    assert last["apparent_friction"] == pytest.approx(last["mu0_tip"], abs=1e-9)
     # The steps end before the one in which the tip leaves the surface.
     assert found.steps.column("footpoint")[-1].as_py() == last["footpoint_last"]
     assert last["x1"] < 0.55 < last["x1"] + last["x0_onset"]

@@ -164,7 +164,9 @@ class Heights:
 
     def tip_angle(self, x0: FloatArray, eta: FloatArray) -> FloatArray:
         """Return φ1 of states at displacements and heights (rad), shape (n,)."""
-        return self._interpolated(self._tip_angles, self._place(x0, eta), eta, 0)[:, 0]
+        polynomials = self._polynomials(eta)
+        place = self._place(x0, polynomials)
+        return self._interpolated(self._tip_angles, place, polynomials, 0)[:, 0]
 
     def states(self, x0: FloatArray, eta: FloatArray) -> FloatArray:
         """Return the columns `COLUMNS` of states at displacements and heights (L)."""
