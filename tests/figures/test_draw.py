@@ -570,7 +570,7 @@ def test_the_border_of_line_contact_is_drawn():
 @pytest.mark.slow
 def test_the_poster_shows_the_states_before_and_after_the_slip():
     figure = draw("slip", scans(), {"scan": "runs", "theta": [2.0], "mu0": [0.3]})
-    _, needed, loads = figure.axes
+    *_, needed, loads = figure.axes
     found = rows(scans(), theta=2.0, mu0=0.3).sort_values("footpoint")
     first = found[found["cycle"] == 1]
     last, slipped = (first[first["phase"] == phase].iloc[-1] for phase in ("stick", "slip"))

@@ -41,8 +41,9 @@ def written(tmp_path):
 def test_a_row_is_levelled_in_metres(written, ending):
     found = read_row(written(ending))
     assert found.x == pytest.approx(1e-6 * X, abs=1e-12)
-    # Four whole waves and no step along the row: the plane is that which was added.
-    assert found.height == pytest.approx(1e-6 * WAVE, abs=2.5e-7)
+    # All rows are equal but for a step, so that the plane is the line of a row.
+    expected = WAVE - np.polyval(np.polyfit(X, WAVE, 1), X)
+    assert found.height == pytest.approx(1e-6 * expected, abs=1e-9)
     assert "area" in found.about and "row 15 of 30" in found.about
     assert "levelled by a least-squares plane; no filter" in found.about
 
@@ -88,7 +89,7 @@ def test_a_scan_over_a_row_names_it_in_its_table(written, tmp_path):
     assert result.exit_code == 0, result.output
     assert "# heights = area.x3p, row 4 of 30; spacing 2 um; levelled" in path.read_text()
     found = series.read(path, ["contact", "height", "inclination"]).columns
-    assert len(set(found["contact"])) > 3
+    assert len(set(found["contact"])) > 1
     expected = np.interp(found["contact"] - 4e-3, 1e-6 * X, read_row(written(".x3p"), 4).height)
     assert found["height"] == pytest.approx(expected, abs=1e-12)
 

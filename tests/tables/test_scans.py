@@ -97,7 +97,7 @@ def test_shapes_are_empty_where_nobody_asks_for_them():
 
 
 def test_the_last_step_alone_is_that_of_all_steps(there_and_back):
-    last = computed(STRIPES, "energy", 0.6, to=[0.3, 0.1], solver={"each_step": False})
+    last = computed(STRIPES, ("energy", 0.6), to=[0.3, 0.1], solver={"each_step": False})
     assert last.steps == there_and_back.steps.slice(len(there_and_back.steps) - 1)
     assert last.periods == there_and_back.periods
 

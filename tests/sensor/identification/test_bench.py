@@ -8,7 +8,7 @@ from validation.sensor.bench import Bench, Friction, scan
 from validation.sensor.laboratory import NOISE, ROWS, STEP, Said, believed, in_words, read, recorded
 from validation.sensor.mistakes import LENGTH, UNITS
 from vibrissa.sensor import Method, PeriodStatus, Setup, identify
-from vibrissa.sensor.identification import fit
+from vibrissa.sensor.identification import search
 
 TITLES = {row.title: row for row in ROWS}
 NAMES = ("force_x [N]", "force_y [N]", "moment_z [N*m]")
@@ -77,7 +77,7 @@ def test_rows_without_load_check_the_tare():
 @pytest.mark.slow
 def test_a_fit_that_fails_keeps_the_tolerances(monkeypatch):
     frame, truth = recorded(TITLES["clamp inclined by 2°"], Said.NOTHING, 1)
-    monkeypatch.setattr(fit, "MOST_STEPS", 1)
+    monkeypatch.setattr(search, "MOST_STEPS", 1)
     found = identify(believed(noise=in_words(NOISE)), frame)
     error, hold = seen(found, truth)
     assert hold.all() and np.abs(error).mean() > 1e-3

@@ -22,6 +22,8 @@ from vibrissa.sensor.identification.verdict import Verdict
 CONTACT_STEPS = 2
 # Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
 SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
+# Change of χ² that tells nothing: readings without noise fit to rounding, where the sum falls no more.
+NOTHING = 1e-10
 # If less than this part of the periods does not fit, these are left out of the fit.
 MOST_ALONE = 0.5
 
@@ -49,7 +51,7 @@ def _searched(start: Linearisation) -> Verdict:
         return Verdict(fit=best, line=line, settled=True)
     for _ in range(MOST_STEPS):
         before, better = line.total(best), _better(best, line)
-        small = better is None or before - line.total(better) < SETTLED * before
+        small = better is None or before - line.total(better) < SETTLED * before + NOTHING
         if better is not None:
             best = better
         if small and fresh:
@@ -76,7 +78,8 @@ def _better(fit: Fit, line: Linearisation) -> Fit | None:
     slope = line.jacobian @ line.misses(fit)[fit.rows].ravel() + fit.scores
     aim, within = -np.linalg.solve(root.T, slope), (low - fit.scores, high - fit.scores)
     step = lsq_linear(root, aim, within, method="bvls").x
-    free, sigma, most = fit.task.free, fit.task.sigma, line.total(fit) * (1.0 + SETTLED)
+    free, sigma = fit.task.free, fit.task.sigma
+    most = line.total(fit) * (1.0 + SETTLED) + NOTHING
     for part in 0.5 ** np.arange(HALVINGS):
         p = fit.p.copy()
         p[free] = sigma[free] * np.clip(fit.scores + part * step, low, high)
