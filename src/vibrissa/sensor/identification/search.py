@@ -22,7 +22,7 @@ from vibrissa.sensor.identification.verdict import Verdict
 CONTACT_STEPS = 2
 # Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
 SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
-# Change of χ² that tells nothing: readings without noise fit to rounding, where the sum falls no more.
+# Change of χ² that tells nothing: readings without noise fit to rounding.
 NOTHING = 1e-10
 # If less than this part of the periods does not fit, these are left out of the fit.
 MOST_ALONE = 0.5
