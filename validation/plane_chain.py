@@ -120,8 +120,17 @@ class PlaneChain:
             mass = mass + flat * np.outer(by_angles[0], by_angles[0])
         free = null_space(by_angles[1:] if slides else by_angles)
         stiff, mass = (free.T @ one @ free for one in (self.stiffness(phi, load), mass))
-        squares = eigh(stiff, mass, eigvals_only=True, subset_by_index=[0, how_many - 1])
-        return np.sqrt(np.where(squares > 0, squares, np.nan))
+        # 1/ω² are the largest eigenvalues of this problem, and so they are exact to rounding. The
+        # smallest ω² of the inverse problem would have errors as large as that of the largest ω².
+        last = len(mass) - 1
+        try:
+            inverse = eigh(
+                mass, stiff, eigvals_only=True, subset_by_index=[last - how_many + 1, last]
+            )
+        except np.linalg.LinAlgError:
+            # The state is no minimum of the energy.
+            return np.full(how_many, np.nan)
+        return 1 / np.sqrt(inverse[::-1])
 
 
 def chain_state(theta, count, offset, eta, guess, *, s_c=1.0, **mounting):
