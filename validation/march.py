@@ -36,6 +36,8 @@ NEAR, STRAIGHT, LONGER, SHORTER, SHORTEST = 0.25, 0.9, 1.4, 0.4, 1e-7
 MOST_STEPS = 600
 # Root finding: part of the step along the path, and value, below which it has converged.
 CLOSE, ZERO = 1e-12, 3e-14
+# Value below which a margin tells that an end was passed, not reached.
+PASSES = 1e-10
 # Documented tolerance of heights in the rule that no arch may rise through the surface (L).
 RISES = 1e-12
 
@@ -252,8 +254,7 @@ def states_of(rods, line, u, shot, before):
     margins[:, CLAMP_SLOPE] = np.sin(shot.nodes[-1, 2])
     look = seen(rods, u, shot)
     margins[:, LOWEST] = extreme(rods, u, look, 1.0) - shot.nodes[-1, 1]
-    arch = rods.lies & ~line
-    margins[arch, ARCH] = RISES + extreme(rods, u, look, -1.0)[arch]
+    margins[rods.lies, ARCH] = RISES + extreme(rods, u, look, -1.0)[rods.lies]
     margins[line, CURVED] = -here[line]
     margins[line, TAIL] = RISES - tail_height(rods.kappa[line], s_c[line])
     margins[rods.round, SWINGS] = -shot.nodes[-1, 0, rods.round]
@@ -523,23 +524,26 @@ def with_ends(paths):
     """Return paths that end where the first margin vanishes."""
     states, ends = paths.states, list(paths.ends)
     rods = np.array([i for i, end in enumerate(ends) if end == PASSED], dtype=int)
-    last = paths.last(rods)
-    which, kind = np.nonzero(states.margins[last] < 0.0)
-    if not len(which):
-        return paths
-    first, second = states.take(last[which] - 1), states.take(last[which])
-    found = located(
-        paths.rods.take(rods[which]),
-        first,
-        second,
-        lambda states, rows: states.margins[np.arange(len(rows)), kind[rows]],
-    )
-    far = np.vecdot(first.way, found.u - first.u)
-    for row, rod in enumerate(rods):
-        mine = np.flatnonzero(which == row)
-        nearest = mine[far[mine].argmin()]
-        states = states.put(last[[row]], found.take([nearest]))
-        ends[rod] = ENDS[kind[nearest]]
+    least = 0.0
+    while len(rods):
+        last = paths.last(rods)
+        which, kind = np.nonzero(states.margins[last] < least)
+        first, second = states.take(last[which] - 1), states.take(last[which])
+        found = located(
+            paths.rods.take(rods[which]),
+            first,
+            second,
+            lambda states, rows, kind=kind: states.margins[np.arange(len(rows)), kind[rows]],
+        )
+        far = np.vecdot(first.way, found.u - first.u)
+        for row in np.unique(which):
+            mine = np.flatnonzero(which == row)
+            nearest = mine[far[mine].argmin()]
+            states = states.put(last[[row]], found.take([nearest]))
+            ends[rods[row]] = ENDS[kind[nearest]]
+        # A margin may be below zero between two states alone: it shows where another one vanishes.
+        least = -PASSES
+        rods = rods[(states.margins[last] < least).any(axis=1)]
     return paths._replace(states=states, ends=ends)
 
 
