@@ -86,11 +86,10 @@ def sizes_of(axes: Mapping[str, Values], most_rods: int = MOST_RODS) -> dict[str
 
 def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -> Iterator[Chunk]:
     """Cut a grid into chunks of at most `sizes[axis]` values; other axes are not cut."""
-    pieces = [
-        [values[i : i + size] for i in range(0, len(values), size)]
-        for axis, values in axes.items()
-        for size in [sizes.get(axis, len(values))]
-    ]
+    pieces = []
+    for axis, values in axes.items():
+        size = sizes.get(axis, len(values))
+        pieces.append([values[i : i + size] for i in range(0, len(values), size)])
     for part in product(*pieces):
         yield Chunk(grid=grid, axes=dict(zip(axes, part, strict=True)))
 
