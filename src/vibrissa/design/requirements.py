@@ -215,7 +215,7 @@ class Requirements(Keyed):
     def noise(self) -> FloatArray:
         """Standard deviation of the noise in one reading of force_x, force_y and moment_z (SI)."""
         if self.setup.noise is None:
-            return np.array(preset(str(self.setup.transducer)).deviation)
+            return preset(str(self.setup.transducer)).deviation
         parts = channels_of(self.setup.noise, "noise")
         return np.array([kind.read(part, "noise") for part, kind in parts])
 

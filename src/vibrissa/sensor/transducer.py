@@ -78,10 +78,9 @@ class Transducer(Card):
         return np.asarray(np.abs(readings) >= np.array(self.limit) - self.resolution)
 
     @property
-    def deviation(self) -> tuple[float, float, float]:
-        """Standard deviation of a reading: noise, and rounding to the resolution."""
-        x, y, z = np.sqrt(np.square(self.noise) + np.square(self.resolution) / 12.0).tolist()
-        return x, y, z
+    def deviation(self) -> FloatArray:
+        """Standard deviation of a reading: noise, and rounding to the resolution, shape (3,)."""
+        return np.asarray(np.sqrt(np.square(self.noise) + np.square(self.resolution) / 12.0))
 
 
 def transducer_of(given: Transducer | str, units: Units) -> Transducer:

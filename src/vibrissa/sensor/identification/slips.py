@@ -6,6 +6,7 @@ the peak of the load before the slip and the trough after it belong to no period
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import find_peaks
@@ -309,19 +310,27 @@ def ends_of(recording: Recording, spans: Spans) -> Ends:
     return Ends(clamp=last, gap=gap, sign=sign)
 
 
-def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Spans, IntArray]:
-    """Find the slips of a recording, and the periods of sticking between them.
+class InPeriods(NamedTuple):
+    """A recording, divided into periods of sticking.
 
-    Returns
-    -------
+    Attributes
+    ----------
     recording : Recording
         The given recording without lone spikes, up to where the rod buckles laterally.
     spans : Spans
-        The periods of sticking, as rows of the returned recording.
+        The periods of sticking, as rows of this recording.
     row : ndarray of int
-        Number in the given recording of each row of the returned one. If the rod buckles
-        laterally, the numbers of the rows after the buckling follow.
+        Number in the given recording of each row of this one. If the rod buckles laterally, the
+        numbers of the rows after the buckling follow.
     """
+
+    recording: Recording
+    spans: Spans
+    row: IntArray
+
+
+def find_slips(recording: Recording, noise: FloatArray) -> InPeriods:
+    """Find the slips of a recording, and the periods of sticking between them."""
     recording = replace(recording, position=position_noise(recording.clamp))
     spiky = spikes(recording.readings / noise, recording.direction)
     row = np.flatnonzero(~spiky)
@@ -335,7 +344,7 @@ def find_slips(recording: Recording, noise: FloatArray) -> tuple[Recording, Span
     if late > 1 or recording.slip_rows:
         # The first and the last sample of a slow slip may not show it.
         recording, spans = _settled(recording, spans, int(lasts > 1), late)
-    return recording, spans, row
+    return InPeriods(recording=recording, spans=spans, row=row)
 
 
 def load_of(recording: Recording, noise: FloatArray) -> FloatArray:

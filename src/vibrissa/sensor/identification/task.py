@@ -189,12 +189,12 @@ def task_of(
     length = OWN_SLOPE_LENGTH if units.nondimensional else SLOPE_LENGTH / units.unit(Kind.LENGTH)
     recording, zeros = _tared(recording, known, {**assumed, **stated}, stated)
     sizes, stated = {**assumed, **stated, **zeros}, {**stated, **zeros}
-    recording, spans, row = find_slips(recording, known)
-    full_scale = _full_scale(recording, transducer, units)
+    found = find_slips(recording, known)
+    full_scale = _full_scale(found.recording, transducer, units)
     return Task(
-        recording=recording,
-        spans=spans,
-        row=row,
+        recording=found.recording,
+        spans=found.spans,
+        row=found.row,
         # Successive readings that are rounded alike have the same error: their mean is no better.
         noise=np.hypot(known, rounded * np.sqrt(lasts - 1.0)),
         noise_is_given=given is not None,
@@ -243,7 +243,7 @@ def _coarse(coarse: BoolArray, rounded: FloatArray, units: Units) -> Iterator[st
 def _noise(setup: Setup, transducer: Transducer | None, units: Units) -> FloatArray | None:
     """Return the stated noise of the three channels, nondimensional; None if none is stated."""
     if transducer is not None:
-        return np.array(transducer.deviation) / units.channels
+        return transducer.deviation / units.channels
     return None if setup.noise is None else units.read_channels(setup.noise, "noise")
 
 
