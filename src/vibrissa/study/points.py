@@ -21,7 +21,7 @@ from vibrissa.errors import StudyError
 from vibrissa.study.axes import AXES, MOUNTING_AXES, Value, Values, sortable
 from vibrissa.study.chunks import MOST_RODS, minutes_for, number_of_points
 from vibrissa.study.sections import Mistakes, Section, in_words
-from vibrissa.study.surfaces import file_below
+from vibrissa.study.surfaces import file_below, lines_of
 
 # Largest number of rows of a file; more are taken for a mistake.
 MOST_ROWS = 1_000_000
@@ -263,17 +263,12 @@ class _Cells:
 def _read_csv(path: Path) -> _Cells:
     """Read a CSV file. Lines that are empty or begin with # are left out."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise StudyError(f"{path.name} cannot be read as a text in UTF-8: {error}") from None
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+        lines = lines_of(path)
+    except ValueError as error:
+        raise StudyError(str(error)) from None
     _check_size(path, len(lines) - 1)
     try:
-        head, *rows = csv.reader([line for _, line in lines], skipinitialspace=True)
+        head, *rows = csv.reader([line.text for line in lines], skipinitialspace=True)
     except csv.Error as error:
         raise StudyError(f"{path.name} cannot be read as a CSV file: {error}") from None
     for (number, _), row in zip(lines[1:], rows, strict=True):

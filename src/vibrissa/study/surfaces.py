@@ -242,6 +242,32 @@ def _read_profile(path: Path, name: str, check: Callable[[int, float], None]) ->
     return found
 
 
+class Line(NamedTuple):
+    """A line of a file, with its number from 1."""
+
+    number: int
+    text: str
+
+
+def lines_of(path: Path) -> list[Line]:
+    """Read the lines of a text in UTF-8, without those that are empty or begin with #.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read as such a text.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path} cannot be read as a text in UTF-8: {error}") from None
+    return [
+        Line(number=number, text=line)
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+
+
 def read_columns(path: Path, names: Sequence[str]) -> list[tuple[int, list[float]]]:
     """Read columns of numbers from a CSV file: the number of each line, and its values.
 
@@ -252,16 +278,8 @@ def read_columns(path: Path, names: Sequence[str]) -> list[tuple[int, list[float
     ValueError
         If a column is missing, or a value is no finite number.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path} cannot be read as a text in UTF-8: {error}") from None
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    rows = list(csv.reader([line for _, line in lines], skipinitialspace=True))
+    lines = lines_of(path)
+    rows = list(csv.reader([line.text for line in lines], skipinitialspace=True))
     head = [name.strip() for name in rows[0]] if rows else []
     absent = [name for name in names if name not in head]
     if absent:
