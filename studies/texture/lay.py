@@ -4,18 +4,15 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from vibrissa.scanning.locking import locking_of
+from vibrissa.scanning.locking import locking_of, settled_rests
 
-# Part of a scan that is left out, as its first slips depend on where it starts.
-TRANSIENT = 0.3
 COLORS = {"free": "#0072b2", "kinetic": "#d55e00"}
 
 
 def rests(scan: pd.DataFrame) -> np.ndarray:
     """Places at which the tip rests after slips (L), without those at the start of a scan."""
-    ended = scan[scan["ends_by"] == "slip"].sort_values("period")
-    late = ended["footpoint_slip"] > TRANSIENT * ended["footpoint_slip"].max()
-    return ended.loc[late, "x1_rest"].to_numpy()
+    slips = scan[scan["ends_by"] == "slip"].sort_values("period")
+    return settled_rests(slips["footpoint_slip"].to_numpy(), slips["x1_rest"].to_numpy())
 
 
 def draw(rows: pd.DataFrame) -> Figure:

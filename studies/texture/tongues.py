@@ -8,10 +8,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibrissa.scanning.locking import locking_of
+from vibrissa.scanning.locking import locking_of, settled_rests
 
-# Part of a scan that is left out, as its first slips depend on where it starts.
-TRANSIENT = 0.3
 COLORS = {
     "1 : 1": "#0072b2",
     "1 : 1, after several": "#56b4e9",
@@ -28,9 +26,8 @@ LAWS = {"free": "law free", "kinetic": r"law kinetic, $\mu_k/\mu_0 = 0.8$"}
 
 def rests(scan: pd.DataFrame) -> np.ndarray:
     """Places at which the tip rests after slips (L), without those at the start of a scan."""
-    ended = scan[scan["ends_by"] == "slip"].sort_values("period")
-    late = ended["footpoint_slip"] > TRANSIENT * ended["footpoint_slip"].max()
-    return ended.loc[late, "x1_rest"].to_numpy()
+    slips = scan[scan["ends_by"] == "slip"].sort_values("period")
+    return settled_rests(slips["footpoint_slip"].to_numpy(), slips["x1_rest"].to_numpy())
 
 
 def _kind(rows: pd.DataFrame) -> int:

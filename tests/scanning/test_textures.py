@@ -12,7 +12,7 @@ from vibrissa import Mounting
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact
 from vibrissa.scanning import surfaces, textures
-from vibrissa.scanning.locking import locking_of, travel_on_slope
+from vibrissa.scanning.locking import locking_of, settled_rests, travel_on_slope
 from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
 from vibrissa.scanning.slip import SlipLaw
 from vibrissa.scanning.stage import path, stage_of
@@ -224,6 +224,12 @@ def test_slips_that_repeat_are_counted():
     assert locking_of(0.02 * places, 0.02) == (3, 2)
     assert locking_of(0.02 * places, 0.02 * np.sqrt(2.0)) is None
     assert locking_of(0.02 * places[:3], 0.02) is None
+
+
+def test_rests_in_the_first_part_of_a_scan_are_left_out():
+    clamp, places = np.array([0.1, 0.3, 0.31, 1.0]), np.arange(4.0)
+    assert settled_rests(clamp, places).tolist() == [2.0, 3.0]
+    assert not len(settled_rests(np.array([]), np.array([])))
 
 
 @pytest.mark.slow

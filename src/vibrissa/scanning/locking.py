@@ -13,6 +13,8 @@ from vibrissa.scanning.response import States
 MOST_SLIPS, REPEATED = 6, 0.03
 # Fewest distances that are compared.
 COMPARED = 3
+# Part of a scan that is left out, as its first slips depend on where it starts.
+TRANSIENT = 0.3
 # Number of displacements at which a mobilised friction is sought.
 LOOKS = 257
 
@@ -22,6 +24,28 @@ class Locking(NamedTuple):
 
     slips: int
     waves: int
+
+
+def settled_rests(clamp: FloatArray, places: FloatArray) -> FloatArray:
+    """Return the places at which the tip rests, without those in the first part of a scan.
+
+    Parameters
+    ----------
+    clamp, places : ndarray, shape (n,)
+        Position of the clamp in each slip, and place at which the tip rests after it, in the order
+        of the slips; empty without slips (L).
+
+    Returns
+    -------
+    ndarray
+        Places after the slips with the clamp beyond `TRANSIENT` times its last position.
+
+    Examples
+    --------
+    >>> print(settled_rests(np.array([0.1, 0.3, 0.5]), np.array([0.5, 0.7, 0.9])))
+    [0.7 0.9]
+    """
+    return places[clamp > TRANSIENT * clamp.max(initial=0.0)]
 
 
 def locking_of(places: FloatArray, wavelength: float) -> Locking | None:
