@@ -42,7 +42,7 @@ def setup(tmp_path):
 def test_materials_and_transducers_have_names():
     read = Requirements.read(**NAMED, **ASKED)
     assert read.material == WIRE
-    assert (tuple(read.noise), tuple(read.largest)) == (SENSOR.deviation, SENSOR.limit)
+    assert (tuple(read.noise), tuple(read.largest)) == (tuple(SENSOR.deviation), SENSOR.limit)
     assert read.mu0 == (0.2, 0.4) and read.step == 50e-6
     assert Requirements.read(**NAMED, **ASKED, density="8 g/cm^3").material.density == 8000.0
 
