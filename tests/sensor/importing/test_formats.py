@@ -215,6 +215,14 @@ def test_segments_of_a_labview_file_are_joined_where_their_times_go_on():
         checked(labview(segments=((0, 10), (0, 10))), NAMED | {"time": "X_Value"})
 
 
+def test_no_segment_of_a_labview_file_is_lost_in_silence():
+    """`lvm_read` takes a segment without an empty line before it for a part of the file's head."""
+    head, rest = LVM_HEAD.format(columns="One"), labview()[len(LVM_HEAD.format(columns="One")) :]
+    data = (head.rstrip() + "\n").encode() + rest.lstrip()
+    with pytest.raises(RecordingError, match="of 2 segments .* only 1 can be read"):
+        checked(data, NAMED | {"time": "X_Value"})
+
+
 def test_times_that_a_labview_file_leaves_out_are_computed():
     checked(labview("No", [(0, 20)]), NAMED | {"time": "time"})
 

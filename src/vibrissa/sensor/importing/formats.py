@@ -351,7 +351,14 @@ def _lvm(data: bytes, name: str) -> Tables:
     require(EXTRA, "lvm_read")
     from lvm_read import read_str
 
-    found = _load("LabVIEW measurement file", name, lambda: read_str(decoded(data, name)))
+    text = decoded(data, name)
+    found = _load("LabVIEW measurement file", name, lambda: read_str(text))
+    heads = sum(line.startswith("X_Value") for line in text.splitlines())
+    if heads != found["Segments"]:
+        raise RecordingError(
+            f"{name}: of {heads} segments (lines X_Value) only {found['Segments']} can be read: "
+            "each segment needs an empty line before its head"
+        )
     every = [_segment(found[number], found) for number in range(found["Segments"])]
     joined: list[list[Named]] = []
     for segment in every:
