@@ -58,6 +58,14 @@ def test_the_chance_is_that_of_chi_squared():
     assert Goodness(chi2=0.0, degrees=0, noise_degrees=np.inf).fits
 
 
+@pytest.mark.slow
+def test_a_misfit_by_noise_that_is_larger_than_stated_is_explained(response):
+    found = found_in(recorded(response), noise=NOISE / 1.3)
+    assert not found.goodness.fits
+    notes = [note for note in found.periods.left_out if "scatters from reading to reading" in note]
+    assert [note.split()[0] for note in notes] == ["force_x", "force_y", "moment_z"]
+
+
 def wrong(recording, name, size):
     """Recording whose transducer or stage has an error."""
     (fx, fy, m), clamp = recording.readings.T, recording.clamp
