@@ -98,7 +98,7 @@ def check_periods(periods, expected, rod, law):
 
 @pytest.mark.slow
 def test_random_scans_are_those_of_an_independent_scan():
-    seeds = range(100, 130)
+    seeds = range(100, 112)
     error, slips = zip(*(compared(seed, seed % len(RODS)) for seed in seeds), strict=True)
     assert max(error) < 1e-6
-    assert sum(slips) > 750
+    assert sum(slips) > 300
