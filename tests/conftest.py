@@ -24,8 +24,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "PY_COLORS", "GITHUB_ACTIONS"):
     os.environ.pop(name, None)
 
-# A deadline would measure how busy the machine is. Each run draws other examples, so that few of them
-# find as much in the long run; `--hypothesis-profile=many` draws more at once.
+# A deadline would measure how busy the machine is. Each run draws other examples, so that few of
+# them find as much in the long run; `--hypothesis-profile=many` draws more at once.
 settings.register_profile("vibrissa", deadline=None, max_examples=30)
 settings.register_profile("many", deadline=None, max_examples=300)
 settings.load_profile("vibrissa")

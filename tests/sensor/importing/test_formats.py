@@ -219,7 +219,7 @@ def test_no_segment_of_a_labview_file_is_lost_in_silence():
     """`lvm_read` takes a segment without an empty line before it for a part of the file's head."""
     head, rest = LVM_HEAD.format(columns="One"), labview()[len(LVM_HEAD.format(columns="One")) :]
     data = (head.rstrip() + "\n").encode() + rest.lstrip()
-    with pytest.raises(RecordingError, match="of 2 segments .* only 1 can be read"):
+    with pytest.raises(RecordingError, match=r"of 2 segments .* only 1 can be read"):
         checked(data, NAMED | {"time": "X_Value"})
 
 
