@@ -1,9 +1,10 @@
 """A scan: the clamp moves in steps over a surface, and the tip sticks and slips.
 
 At the first step at which |tan(α − γ)| > μ0, for the inclination γ of the surface, the tip slips
-while the clamp rests. A self-locking tip
-sticks until the rod, if it is round, buckles laterally. After that the clamp drags the tip: the
-states of the rod are mirror images of states in which the tip is ahead of the clamp.
+while the clamp rests. `simulate` goes from period to period: it finds the end of each period
+directly, not step by step. A self-locking tip sticks until the rod, if it is round, buckles
+laterally. After that the clamp drags the tip: the states of the rod are mirror images of states in
+which the tip is ahead of the clamp.
 """
 
 from collections.abc import Callable, Sequence

@@ -153,12 +153,6 @@ class Tip:
         """Coefficient of static friction under the tip."""
         return self.footing.mu0
 
-    @property
-    def mu_pushed(self) -> float:
-        """|fx/fy| at which a pushed tip slips, tan(atan μ0 − γ); infinite on a steeper wall."""
-        slope, mu0 = self.footing.ahead
-        return (mu0 + slope) / (1.0 - mu0 * slope) if mu0 * slope < 1.0 else np.inf
-
     def held(self, clamp: ArrayLike) -> Held:
         """Return the states of the rod at clamp positions, and the x0 of each (L)."""
         return self.stage.states(clamp, self.contact, self.side, self.footing.lift)
@@ -183,7 +177,11 @@ class Tip:
         )
 
     def exit(self, clamp: float) -> Exit:
-        """Return how sticking ends at a clamp position."""
+        """Return how sticking ends at a clamp position, which is the first one that does not stick.
+
+        There the margin that ends it is about 0 or negative, and the others are positive, so that
+        forces and lengths can be compared.
+        """
         states, x0 = self.held(clamp)
         least = Margin(int(np.argmin(self.margins(clamp))))
         past = states.x0_lock if self.footing.behind.slope else 0.0
