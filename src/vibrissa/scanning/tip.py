@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq, minimize_scalar
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.stage import Held, Stage
@@ -153,12 +152,6 @@ class Tip:
         """Coefficient of static friction under the tip."""
         return self.footing.mu0
 
-    @property
-    def mu_pushed(self) -> float:
-        """|fx/fy| at which a pushed tip slips, tan(atan μ0 − γ); infinite on a steeper wall."""
-        slope, mu0 = self.footing.ahead
-        return (mu0 + slope) / (1.0 - mu0 * slope) if mu0 * slope < 1.0 else np.inf
-
     def held(self, clamp: ArrayLike) -> Held:
         """Return the states of the rod at clamp positions, and the x0 of each (L)."""
         return self.stage.states(clamp, self.contact, self.side, self.footing.lift)
@@ -212,6 +205,8 @@ class Tip:
 
     def _limit(self, begin: float, end: float, way: float) -> float:
         """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
+        from scipy.optimize import brentq  # a tenth of a second to load
+
         states, _ = self.held(begin)
         stretch = way * float(states.x0_end - states.x0_pull)
         while begin != end:
@@ -229,6 +224,8 @@ class Tip:
 
     def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Add clamp positions at minima of the least margin; return positions and that margin."""
+        from scipy.optimize import minimize_scalar  # a tenth of a second to load
+
         left = self._least(clamp)
         lowest = (left[1:-1] < left[:-2]) & (left[1:-1] < left[2:])
         # Sticking ends before what comes after the first position without a margin.
