@@ -25,7 +25,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.scanning.response import Response
 from vibrissa.sensor.identification.parameters import OF_ROD, Parameter, parameters_of
-from vibrissa.sensor.onset import STATES, strains_in
+from vibrissa.sensor.onset import STATES_OF_PERIOD, strains_in
 from vibrissa.sensor.ringing import Ringing, ringing
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
@@ -154,8 +154,8 @@ def survey(
         float(x0[-1]) if np.isfinite(x0[-1]) else curve.x0_lock
         for curve, x0 in zip(solved, onsets, strict=True)
     ]
-    largest = strains_in(solved, [np.linspace(0.0, end, STATES) for end in ends]).strain
-    strain = largest.reshape(len(solved), STATES).max(axis=1)
+    largest = strains_in(solved, [np.linspace(0.0, end, STATES_OF_PERIOD) for end in ends]).strain
+    strain = largest.reshape(len(solved), STATES_OF_PERIOD).max(axis=1)
     return [
         Pair(
             response=Response(curve=curve),

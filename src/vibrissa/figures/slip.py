@@ -21,8 +21,8 @@ LEFT, RIGHT, BELOW, ABOVE = 0.2, 0.4, 0.2, 0.25
 # Heights of the names below the rods, and of the motion of the clamp (L).
 LOW, SPAN = -0.13, 0.08
 SMALL: Look = {"fontsize": 7, "va": "center"}
-# The three states: name and colour.
-STATES = (
+# Name and colour of each state.
+THREE_STATES = (
     ("sticking begins", START),
     ("last state of sticking", END),
     ("after the slip", "#009e73"),
@@ -56,12 +56,12 @@ def _rods(panels: Sequence[Axes], states: list[pd.Series]) -> None:
     reach = max(float(np.max(state["shape_x"])) for state in states)
     before = None
     for number, (panel, state, (name, color)) in enumerate(
-        zip(panels, states, STATES, strict=True), 1
+        zip(panels, states, THREE_STATES, strict=True), 1
     ):
         marks.surface(panel, eta)
         if before is not None:
             # The rod of the state before, to compare.
-            look: Look = {"color": STATES[number - 2][1], "linestyle": DASHES[2]}
+            look: Look = {"color": THREE_STATES[number - 2][1], "linestyle": DASHES[2]}
             panel.plot(before["shape_x"], before["shape_y"], linewidth=0.8, **look)
         _rod(panel, state, color)
         clamp = float(state["footpoint"])
@@ -129,7 +129,7 @@ def _signals(needed: Axes, loads: Axes, rows: pd.DataFrame, states: list[pd.Seri
     labels.at_ends(loads)
     # Where the number of each state stands (points); the third state is one step after the second.
     beside = ((9.0, 0.0), (-9.0, 2.0), (10.0, 0.0))
-    for number, ((_, color), state) in enumerate(zip(STATES, states, strict=True), 1):
+    for number, ((_, color), state) in enumerate(zip(THREE_STATES, states, strict=True), 1):
         at = float(state["footpoint"]), -float(np.tan(state["alpha"]))
         needed.plot(*at, "o", color=color, markersize=3.5, zorder=3)
         place = beside[number - 1]

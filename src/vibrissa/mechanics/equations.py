@@ -262,7 +262,12 @@ def derivatives(states: RodStates) -> Derivatives:
 
 
 def _natural_growth(states: RodStates, tau: FloatArray) -> FloatArray:
-    """Differentiate the slope ∫₀ˢ κ0 du of the unloaded rod with respect to s_c at fixed τ."""
+    """Differentiate the slope ∫₀ˢ κ0 du of the unloaded rod with respect to s_c at fixed τ.
+
+    The shape is (n, len(tau)), or (n, 1) if all rods are straight.
+    """
+    if not states.curvature.shape[1]:
+        return np.zeros((len(states), 1))
     growth = arc_length_growth(tau, states.theta[:, None], states.s_c[:, None])
     return polynomial(states.curvature, states.arc_length(tau)) * growth
 

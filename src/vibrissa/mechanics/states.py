@@ -1,8 +1,8 @@
 """States of rods: shapes with their contact forces, and loads on the clamp."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Self, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -84,13 +84,13 @@ class RodStates(Batch):
         """Arc length of the contact point (L)."""
         return self.unknowns[..., -1]
 
-    def on_nodes(self, nodes: int) -> Self:
+    def on_nodes(self, nodes: int) -> "RodStates":
         """Interpolate the slopes to another number of nodes."""
-        return replace(self, unknowns=self.unknowns @ transfer(self.nodes, nodes))
+        return self.with_unknowns(self.unknowns @ transfer(self.nodes, nodes))
 
-    def with_unknowns(self, unknowns: FloatArray) -> Self:
+    def with_unknowns(self, unknowns: FloatArray) -> "RodStates":
         """Replace the unknowns; rods and kinds of contact stay the same."""
-        return replace(self, unknowns=unknowns)
+        return RodStates(rods=self.rods, unknowns=unknowns, line=self.line)
 
     def densities(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Evaluate ds/dτ (L) and B⁻¹·ds/dτ (L/(E·I0)) at `tau`, each of shape (n, len(tau))."""

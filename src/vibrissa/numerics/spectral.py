@@ -103,8 +103,8 @@ def chebyshev_derivative(k: int) -> FloatArray:
 
 def interpolation(count: int, position: FloatArray) -> FloatArray:
     """Matrix from values at `count` Chebyshev points on [0, 1] to values at `position`."""
-    polynomials = chebyshev.chebvander(2.0 * position - 1.0, count - 1)
-    return np.asarray(polynomials @ chebyshev_transform(count))
+    polynomials = chebyshev_polynomials(2.0 * position - 1.0, count)
+    return np.asarray(polynomials.T @ chebyshev_transform(count))
 
 
 @lru_cache

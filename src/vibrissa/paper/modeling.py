@@ -4,7 +4,6 @@ import math
 from itertools import product
 
 import numpy as np
-from scipy.optimize import brentq
 
 from vibrissa.mechanics.elastica import rod_equations
 from vibrissa.mechanics.taper import diameter
@@ -34,6 +33,8 @@ STEEL_STRENGTH = 2.45e9
 
 @judges("pushed")
 def pushed(evidence: Evidence) -> Finding:
+    from scipy.optimize import brentq  # the report needs the statements, not this module's findings
+
     offset = (evidence.scan["x1"] - evidence.scan["footpoint"]).to_numpy()
     forward = all(rises(rows["footpoint"].to_numpy()) for rows in evidence.scans())
     curve = solve_curve(2.0, evidence.eta)

@@ -9,12 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.equations import OFFSET, ClosingCondition, shape
@@ -26,6 +25,9 @@ from vibrissa.outcomes import RodSection
 from vibrissa.scanning.response import LOADS, Response, States, responses
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.sticking.piece import StickingState
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 # Number of heights at which the rod is solved in a part, and in a slim part.
 NODES, FEW_NODES = 9, 5
@@ -94,7 +96,7 @@ class Heights:
         )
 
     @cached_property
-    def _reactions(self) -> list[CubicSpline]:
+    def _reactions(self) -> "list[CubicSpline]":
         """For each stretch, a spline of the Chebyshev coefficients of the reactions along it."""
         return self._splined(
             [
@@ -104,7 +106,7 @@ class Heights:
         )
 
     @cached_property
-    def _tip_angles(self) -> list[CubicSpline]:
+    def _tip_angles(self) -> "list[CubicSpline]":
         """For each stretch, a spline of the Chebyshev coefficients of φ1 along it."""
         return self._splined(
             [
@@ -114,7 +116,7 @@ class Heights:
         )
 
     @cached_property
-    def _states(self) -> list[CubicSpline]:
+    def _states(self) -> "list[CubicSpline]":
         """For each stretch, a spline of the Chebyshev coefficients of all columns of the states."""
         tabulated = []
         for branch, bounds in zip(self.branches, self.bounds, strict=True):
@@ -124,8 +126,10 @@ class Heights:
             tabulated.append(np.nan_to_num(columns).reshape(*knots.shape, len(COLUMNS)))
         return self._splined(tabulated)
 
-    def _splined(self, tabulated: Sequence[FloatArray]) -> list[CubicSpline]:
+    def _splined(self, tabulated: Sequence[FloatArray]) -> "list[CubicSpline]":
         """Spline columns over each stretch; their shape at a height is (stretches, KNOTS, c)."""
+        from scipy.interpolate import CubicSpline  # takes longer to load than a scan on a plane
+
         transform = chebyshev_transform(len(self.branches))
         over_heights = np.tensordot(transform, np.array(tabulated), axes=1)
         return [
@@ -219,7 +223,7 @@ class Heights:
         return _placed(polynomials @ self._over_heights[:, :-2], x0)
 
     def _interpolated(
-        self, splines: Sequence[CubicSpline], place: _Place, polynomials: FloatArray, order: int
+        self, splines: "Sequence[CubicSpline]", place: _Place, polynomials: FloatArray, order: int
     ) -> FloatArray:
         found = np.empty((len(polynomials), splines[0].c.shape[-1]))
         for number, spline in enumerate(splines):

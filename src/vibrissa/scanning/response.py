@@ -22,7 +22,7 @@ from vibrissa.outcomes import Contact, End, Status
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import StickingCurve
-from vibrissa.sticking.piece import DISPLACEMENT, Pieces, StickingState
+from vibrissa.sticking.piece import Pieces, StickingState
 
 # Components of the load on the clamp, in their order in arrays.
 LOADS = ("reaction_fx", "reaction_fy", "reaction_m")
@@ -215,7 +215,7 @@ class Response(States):
         t = self.pieces.places_of(place, within)
         (values,) = self.pieces.values(place, t, LOADS, (order,))
         if order:
-            ((growth,),) = self.pieces.values(place, t, DISPLACEMENT, (order,))
+            ((growth,),) = self.pieces.values(place, t, ("x0",), (order,))
             values = values / np.where(self.pieces.by_x0[place], 1.0, growth)
         known = (flat >= self.x0_pull) & (flat <= self.x0_end)
         return np.where(known, values, np.nan).T.reshape(*x0.shape, len(LOADS))

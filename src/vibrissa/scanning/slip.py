@@ -7,13 +7,11 @@ integral over its way of the tangential force less kinetic friction.
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
-from typing import NamedTuple
+from math import comb
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1
-from scipy.interpolate import BPoly
-from scipy.optimize import brentq
-from scipy.special import comb
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
@@ -23,6 +21,9 @@ from vibrissa.outcomes import chosen
 from vibrissa.scanning.stage import Held, Stage
 from vibrissa.scanning.surfaces import Footing, Surface, nothing
 from vibrissa.scanning.tip import ContactForces, contact_forces
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BPoly
 
 # Relative excess of |tan α| over μ0 at which a tip still sticks, for rounding.
 FULL = 1e-9
@@ -107,18 +108,25 @@ class _Forces(NamedTuple):
     that opposes it, and `normal` the normal force.
     """
 
-    driving: BPoly
-    friction: BPoly
-    normal: BPoly
+    driving: "BPoly"
+    friction: "BPoly"
+    normal: "BPoly"
 
     def followed_by(self, others: "_Forces") -> "_Forces":
         """Append the forces along the next part of the slide."""
         return _Forces(
             *(
-                BPoly(np.hstack([one.c, other.c]), np.append(one.x, other.x[1:]))
+                _polynomials(np.hstack([one.c, other.c]), np.append(one.x, other.x[1:]))
                 for one, other in zip(self, others, strict=True)
             )
         )
+
+
+def _polynomials(coefficients: FloatArray, breaks: FloatArray) -> "BPoly":
+    """Make polynomials between breaks from their Bernstein coefficients, a column for each."""
+    from scipy.interpolate import BPoly  # takes longer to load than a scan on a plane
+
+    return BPoly(coefficients, breaks)
 
 
 class Cell(NamedTuple):
@@ -144,8 +152,9 @@ class Cell(NamedTuple):
         """Cell in which the force is a polynomial of the given degree."""
         nodes = 0.5 + 0.5 * chebpts1(degree + 1)
         k, t = np.arange(degree + 1), nodes[:, None]
-        powers = comb(degree, k) * t**k * (1.0 - t) ** (degree - k)
-        return cls(longest, nodes, np.linalg.inv(powers))
+        binomials = np.array([comb(degree, one) for one in k], dtype=np.float64)
+        powers = binomials * t**k * (1.0 - t) ** (degree - k)
+        return cls(longest, nodes, np.asarray(np.linalg.inv(powers)))
 
 
 # Number of places at which a state with α = 0 is sought before a free slip on a plane.
@@ -349,7 +358,7 @@ class Slip:
         if self.law is SlipLaw.FREE:
             return first_fall(forces.driving)
         # What drives the tip beyond friction makes it faster; its integral is the kinetic energy.
-        net = BPoly(forces.driving.c - forces.friction.c, forces.driving.x)
+        net = _polynomials(forces.driving.c - forces.friction.c, forces.driving.x)
         return first_spent(net, self.loss)
 
     @property
@@ -372,7 +381,7 @@ class Slip:
                 continue
             breaks, lost = self._computed(contact, way, self._breaks(contact, way, begin, end))
             normal = self._balance(contact, way, breaks).normal
-            lands = first_fall(BPoly(-normal.c, normal.x))
+            lands = first_fall(_polynomials(-normal.c, normal.x))
             if np.isfinite(lands):
                 return _Slide(self._stopped(contact, onward, lands), lifts=off)
             if lost is not None:
@@ -414,6 +423,7 @@ class Slip:
         """Cut a part of a slide where the rod has no computed states; say why, if it is cut."""
         if self.surface.texture is None:
             return breaks, None
+        from scipy.optimize import brentq  # a tenth of a second to load
 
         def rooms(distance: FloatArray | float) -> FloatArray:
             place = contact + self.side * way * np.asarray(distance)
@@ -447,7 +457,7 @@ class Slip:
         friction = self.ratio * surface(place) * normal
         return _Forces(
             *(
-                BPoly(cell.coefficients @ one.T, breaks)
+                _polynomials(cell.coefficients @ one.T, breaks)
                 for one in (-way * tangential, friction, normal)
             )
         )

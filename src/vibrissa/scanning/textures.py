@@ -10,7 +10,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline, PPoly
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray, IntArray
@@ -272,6 +271,8 @@ def rough(deviation: float, correlation: float, seed: int = 0) -> Texture:
     parts = generator.standard_normal((2, len(size)))
     values = np.fft.irfft(size * (parts[0] + 1j * parts[1]), count)
     x = np.arange(count + 1) * (correlation / POINTS_PER_CORRELATION)
+    from scipy.interpolate import CubicSpline  # takes longer to load than a scan on a plane
+
     spline = CubicSpline(x, np.append(values, values[0]), bc_type="periodic")
     slope, spacing = spline.derivative(), correlation / POINTS_PER_CORRELATION
     # Between its points the spline may exceed their extremes a little.
@@ -315,7 +316,7 @@ def measured(x: ArrayLike, height: ArrayLike) -> Texture:
         raise ArgumentError(
             f"positions of heights must increase: number {falls[0] + 2} is not above the one before"
         )
-    return _pieces(PPoly(np.stack([np.diff(values) / np.diff(at), values[:-1]]), at))
+    return _pieces(np.stack([np.diff(values) / np.diff(at), values[:-1]]), at)
 
 
 def _multiples(step: float, begin: float, end: float) -> FloatArray:
@@ -324,9 +325,12 @@ def _multiples(step: float, begin: float, end: float) -> FloatArray:
     return np.asarray(found[(found > begin) & (found < end)])
 
 
-def _pieces(heights: PPoly) -> Texture:
-    """Texture of a piecewise polynomial between its first and its last break."""
-    slope, x = heights.derivative(), heights.x
+def _pieces(coefficients: FloatArray, x: FloatArray) -> Texture:
+    """Texture of polynomials between breaks x; `coefficients` as in `scipy.interpolate.PPoly`."""
+    from scipy.interpolate import PPoly  # takes longer to load than a scan on a plane
+
+    heights = PPoly(coefficients, x)
+    slope = heights.derivative()
     values = np.append(heights(x[:-1]), heights(x[-1]))
 
     def breaks(begin: float, end: float) -> FloatArray:
@@ -481,4 +485,4 @@ def _hermite(x: FloatArray, values: FloatArray, left: FloatArray, right: FloatAr
             values[:-1],
         ]
     )
-    return _pieces(PPoly(coefficients, x))
+    return _pieces(coefficients, x)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq, minimize_scalar
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.stage import Held, Stage
@@ -210,6 +209,8 @@ class Tip:
 
     def _limit(self, begin: float, end: float, way: float) -> float:
         """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
+        from scipy.optimize import brentq  # a tenth of a second to load
+
         states, _ = self.held(begin)
         stretch = way * float(states.x0_end - states.x0_pull)
         while begin != end:
@@ -227,6 +228,8 @@ class Tip:
 
     def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Add clamp positions at minima of the least margin; return positions and that margin."""
+        from scipy.optimize import minimize_scalar  # a tenth of a second to load
+
         left = self._least(clamp)
         lowest = (left[1:-1] < left[:-2]) & (left[1:-1] < left[2:])
         # Sticking ends before what comes after the first position without a margin.

@@ -16,7 +16,7 @@ from vibrissa.sticking.api import Onset, onset_on
 from vibrissa.sticking.curve import StickingCurve
 
 # Number of states of a period, both ends included, among which the largest strain is sought.
-STATES = 17
+STATES_OF_PERIOD = 17
 
 
 def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bending:
@@ -37,7 +37,7 @@ def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bend
 
 def largest_strain(curve: StickingCurve, end: float, begin: float = 0.0) -> Bending:
     """Find the state of largest strain from x0 = `begin` to `end` (L); return its bending."""
-    found = strains_in([curve], [np.linspace(begin, end, STATES)])
+    found = strains_in([curve], [np.linspace(begin, end, STATES_OF_PERIOD)])
     return found.take(np.atleast_1d(found.strain.argmax()))
 
 

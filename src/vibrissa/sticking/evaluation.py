@@ -3,7 +3,7 @@
 No result of one curve depends on other curves, not even by rounding.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,7 +15,7 @@ from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.roots import first_reached
 from vibrissa.outcomes import Contact, End, Status
-from vibrissa.sticking.piece import AHEAD, BACK, CONTACT_SLACK, Pieces, StickingState
+from vibrissa.sticking.piece import AHEAD, BACK, CONTACT_SLACK, Pieces, Samples, StickingState
 from vibrissa.sticking.shapes import RowStates
 
 if TYPE_CHECKING:
@@ -168,16 +168,13 @@ class CurveArray:
 
         The tip is about to slip forward (`way` = `AHEAD`) or back (`BACK`).
         """
-        sampled, places = self._demand_ahead if way == AHEAD else self._demand_back
+        samples = self._demand_ahead if way == AHEAD else self._demand_back
         piece, at, x0 = self.pushed[index], np.full(mu0.shape, np.nan), np.full(mu0.shape, np.nan)
         while True:
             rows = np.flatnonzero((piece < self.stop[index]) & np.isnan(at))
             if not len(rows):
                 return _Exit(piece=piece, place=at, x0=x0)
-            level = mu0[rows]
-            # The sum has the sign of −way·tan α − μ0 as long as the surface pushes.
-            excess: dict[str, FloatArray | float] = {"reaction_fy": level, "reaction_fx": -way}
-            at[rows] = self.pieces.first(piece[rows], sampled, level, excess, places=places)
+            at[rows] = self.pieces.first_slip(piece[rows], samples, mu0[rows], mu0[rows], way)
             x0[rows] = self.pieces.displacements(piece[rows], at[rows])
             piece[rows] += np.isnan(at[rows])
 
@@ -199,21 +196,21 @@ class CurveArray:
         return x0_slip, list(status)
 
     @cached_property
-    def _demand_ahead(self) -> tuple[FloatArray, FloatArray]:
+    def _demand_ahead(self) -> Samples:
         return self._demand(AHEAD)
 
     @cached_property
-    def _demand_back(self) -> tuple[FloatArray, FloatArray]:
+    def _demand_back(self) -> Samples:
         return self._demand(BACK)
 
-    def _demand(self, way: float) -> tuple[FloatArray, FloatArray]:
+    def _demand(self, way: float) -> Samples:
         """Sample −way·tan α, and replace the sample just past each peak by the peak."""
         pieces, peaks = self.pieces, self.pieces.peaks(way)
         demand, places = way * pieces.samples.mobilised_friction, pieces.sample_places.copy()
         after = first_reached(places, peaks.piece, peaks.place)
         demand[peaks.piece, after] = way * pieces.at(*peaks).mobilised_friction
         places[peaks.piece, after] = peaks.place
-        return demand, places
+        return Samples(demand, places)
 
     @cached_property
     def _x0_back(self) -> FloatArray:
@@ -251,14 +248,15 @@ class CurveArray:
         swings = np.array([curve.end is End.SWINGS_ASIDE for curve in self.curves], dtype=bool)
         # The trailing rod first passes the piece of the retraction next to α = 0.
         place = self.pushed[index] - 1
+        # Along the retraction tan α falls towards α = 0.
+        samples = Samples(-self.pieces.samples.alpha, self.pieces.sample_places)
         while True:
             sought = swings[index] & (place >= self.begin[index]) & np.isnan(states.x0)
             rows = np.flatnonzero(sought)
             if not len(rows):
                 return mirrored(states, self.x0_end[index])
-            alpha = np.arctan(mu0[rows])
-            sampled = -self.pieces.samples.alpha
-            at = self.pieces.first(place[rows], sampled, -alpha, _slips_back(alpha))
+            level = -np.arctan(mu0[rows])
+            at = self.pieces.first_slip(place[rows], samples, level, mu0[rows], BACK)
             # If tan α is below μ0 on the whole piece, the tip slips on an earlier one.
             slips = at > self.pieces.start[place[rows]]
             piece, t = place[rows[slips]], at[slips]
@@ -280,8 +278,3 @@ def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState
         reaction_m=-states.reaction_m,
         phi1=np.pi - states.phi1,
     )
-
-
-def _slips_back(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
-    """Weights of a sum of columns that is zero where the force has the inclination `alpha`."""
-    return {"reaction_fy": np.tan(alpha), "reaction_fx": 1.0}

@@ -127,12 +127,12 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
 def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[StickingCurve]:
     """Cut each curve off where the first of its possible ends occurs."""
     pieces = Pieces.concatenate([curve.pieces for curve in followed])
-    rows, fy = np.arange(len(pieces)), pieces.samples.reaction_fy
+    rows = np.arange(len(pieces))
     found = {
         End.OUT_OF_REACH: limits.out_of_reach,
         End.SWINGS_ASIDE: np.fmin(limits.swings_aside, _passes_under(followed, pieces)),
         End.SNAPS: pieces.turning_points(),
-        End.LIFTS_OFF: pieces.first(rows, fy, np.zeros(len(rows)), {"reaction_fy": 1.0}),
+        End.LIFTS_OFF: pieces.first_sum(rows, {"reaction_fy": 1.0}, np.zeros(len(rows))),
     }
     at = np.array([*found.values()])
     at[np.isnan(at)] = np.inf
@@ -166,8 +166,7 @@ def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray
     inside = (pieces.start <= x1_init) & (x1_init <= pieces.stop + SAME)
     at = np.where(inside, np.minimum(x1_init, pieces.stop), np.nan)
     rows = np.flatnonzero(np.isfinite(x1_init) & (pieces.line | ~pieces.by_x0))
-    level, way = x1_init[rows] - 1.0, pieces.samples.x0 - pieces.samples.s_c
-    at[rows] = pieces.first(rows, way, level, {"x0": 1.0, "s_c": -1.0}, level)
+    at[rows] = pieces.first_sum(rows, {"x0": 1.0, "s_c": -1.0}, x1_init[rows] - 1.0)
     return at
 
 
@@ -182,7 +181,7 @@ def _extremes(pieces: Pieces, arches: FloatArray) -> _Extremes:
     top[peaks.piece[order]], demand[peaks.piece[order]] = states.x0[order], held[order]
     rows, tips = np.arange(len(pieces)), np.flatnonzero(~pieces.line)
     touch, none = pieces.first_x0.copy(), np.zeros(len(tips))
-    at = pieces.first(tips, -pieces.samples.phi1, none, {"phi1": 1.0})
+    at = pieces.first_sum(tips, {"phi1": -1.0}, none)
     arch = np.where(arches <= pieces.stop, arches, np.nan)
     touch[tips] = np.fmin(pieces.displacements(tips, at), pieces.displacements(rows, arch)[tips])
     return _Extremes(top=top, demand=demand, touch=touch)

@@ -3,7 +3,7 @@
 No result on one piece depends on other pieces, not even by rounding.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -62,8 +62,6 @@ class StickingState(ContactState):
     x0: Values
 
 
-# The displacement as a weighted sum of columns.
-DISPLACEMENT = {"x0": 1.0}
 # Ways in which a tip may slip, as signs of −tan α: forward, towards +x, and back, towards −x.
 AHEAD, BACK = 1.0, -1.0
 
@@ -81,6 +79,20 @@ class Peaks(NamedTuple):
 
     piece: IntArray
     place: FloatArray
+
+
+class Samples(NamedTuple):
+    """Samples of a quantity along pieces.
+
+    Attributes
+    ----------
+    values : ndarray, shape (pieces, samples)
+    places : ndarray, shape (pieces, samples)
+        Values of the parameter of each piece, in increasing order.
+    """
+
+    values: FloatArray
+    places: FloatArray
 
 
 def rounded_contact(s_c: FloatArray) -> FloatArray:
@@ -144,7 +156,7 @@ class Pieces(Batch):
         return value, slope, slope @ derivative * scale[:, None, None]
 
     def values(
-        self, index: IntArray, t: FloatArray, names: Iterable[str], orders: Sequence[int]
+        self, index: IntArray, t: FloatArray, names: Collection[str], orders: Sequence[int]
     ) -> FloatArray:
         """Interpolate derivatives of orders 0 to 2 of some columns, shape (orders, columns, n)."""
         columns = [PathState.names().index(name) for name in names]
@@ -210,7 +222,7 @@ class Pieces(Batch):
         # Neighbouring pieces meet up to rounding only.
         levels = np.minimum(x0[sought], self.samples.x0[index[sought], -1])
         t = x0.copy()
-        t[sought] = self.first(index[sought], self.samples.x0, levels, DISPLACEMENT, levels)
+        t[sought] = self.first_sum(index[sought], {"x0": 1.0}, levels)
         return t
 
     @cached_property
@@ -243,33 +255,22 @@ class Pieces(Batch):
     def first(
         self,
         index: IntArray,
-        sampled: FloatArray,
+        samples: Samples,
         levels: FloatArray,
-        weights: Mapping[str, FloatArray | float],
-        value: FloatArray | float = 0.0,
-        places: FloatArray | None = None,
-        derivative: int = 0,
+        excess: Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]],
     ) -> FloatArray:
         """Find where a quantity first reaches a level.
 
-        The samples of the quantity bracket the parameter value at which it reaches the level. A
-        weighted sum of columns of the states has a known value there. This equation,
-        weights·columns = value, is solved to rounding error.
-
         Parameters
         ----------
-        sampled : ndarray, shape (pieces, samples)
-            Samples of the quantity at `places`; they need not increase.
+        samples : Samples
+            Samples of the quantity, which need not increase. They bracket the place.
         levels : ndarray, shape (n,)
             Level of the quantity, for each index.
-        weights : mapping
-            Weights in the sum, by names of the columns.
-        value : ndarray, shape (n,), or float
-            Value of the weighted sum where the quantity reaches its level.
-        places : ndarray, shape (pieces, samples), optional
-            Parameter values of the samples, in increasing order; by default `sample_places`.
-        derivative : int
-            0 to sum the columns, 1 to sum their derivatives with respect to the parameter.
+        excess : callable
+            Maps parameter values and the rows of `index` to which they belong to values and slopes
+            of a function that is zero where the quantity has its level. This place is found to
+            rounding error.
 
         Returns
         -------
@@ -278,31 +279,60 @@ class Pieces(Batch):
         """
         if not len(index):
             return np.empty(0)
-        t = self.sample_places if places is None else places
-        after = first_reached(np.maximum.accumulate(sampled, axis=1), index, levels)
+        values, t = samples
+        after = first_reached(np.maximum.accumulate(values, axis=1), index, levels)
         found = np.where(after == 0, t[index, 0], np.nan)
-        inside = np.flatnonzero((after > 0) & (after < t.shape[1]))
-        if not len(inside):
+        rows = np.flatnonzero((after > 0) & (after < t.shape[1]))
+        if not len(rows):
             return found
-        value, *each = (
-            np.broadcast_to(one, levels.shape)[inside] for one in (value, *weights.values())
-        )
-
-        def excess(
-            t: FloatArray, index: IntArray, value: FloatArray, *weighted: FloatArray
-        ) -> tuple[FloatArray, FloatArray]:
-            values = self.values(index, t, tuple(weights), (derivative, derivative + 1))
-            total, slope = (values * np.array(weighted)).sum(axis=1)
-            return total - value, slope
-
-        index, after, level = index[inside], after[inside], levels[inside]
-        low, high = t[index, after - 1], t[index, after]
-        before, behind = sampled[index, after - 1], sampled[index, after]
+        piece, after = index[rows], after[rows]
+        low, high = t[piece, after - 1], t[piece, after]
+        before, behind = values[piece, after - 1], values[piece, after]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            share = np.nan_to_num((level - before) / (behind - before))
+            share = np.nan_to_num((levels[rows] - before) / (behind - before))
         guess = low + np.clip(share, 0.0, 1.0) * (high - low)
-        found[inside] = bracketed_root(excess, low, high, index, value, *each, guess=guess)
+        found[rows] = bracketed_root(excess, low, high, rows, guess=guess)
         return found
+
+    def first_sum(
+        self, index: IntArray, weights: Mapping[str, float], levels: FloatArray, derivative: int = 0
+    ) -> FloatArray:
+        """Find where a weighted sum of columns first reaches a level, as `first` does.
+
+        Parameters
+        ----------
+        weights : mapping
+            Weights in the sum, by names of the columns.
+        derivative : int
+            0 to sum the columns, 1 to sum their derivatives with respect to the parameter.
+        """
+        columns = self._sampled(derivative) if derivative else self.samples
+        sampled = [weight * getattr(columns, name) for name, weight in weights.items()]
+        factors = np.array(list(weights.values()))
+
+        def excess(t: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
+            values = self.values(index[rows], t, weights, (derivative, derivative + 1))
+            total, slope = factors @ values
+            return total - levels[rows], slope
+
+        return self.first(index, Samples(sum(sampled), self.sample_places), levels, excess)
+
+    def first_slip(
+        self, index: IntArray, samples: Samples, levels: FloatArray, mu0: FloatArray, way: float
+    ) -> FloatArray:
+        """Find where the force first leaves the friction cone, as `first` does.
+
+        The tip is about to slip forward (`way` = `AHEAD`) or back (`BACK`). The samples and levels
+        are those of −tan α or of another measure of the inclination.
+        """
+
+        def excess(t: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
+            # The sum has the sign of −way·tan α − μ0 as long as the surface pushes.
+            forces = self.values(index[rows], t, ("reaction_fx", "reaction_fy"), (0, 1))
+            value, slope = mu0[rows] * forces[:, 1] - way * forces[:, 0]
+            return value, slope
+
+        return self.first(index, samples, levels, excess)
 
     def peaks(self, way: float) -> Peaks:
         """Local maxima of −tan α (`way` = `AHEAD`) or tan α (`BACK`), ends of pieces included.
@@ -334,8 +364,7 @@ class Pieces(Batch):
         """Parameter values at which x0 has a maximum; NaN on pieces where x0 only increases."""
         turns, index = np.full(len(self), np.nan), np.flatnonzero(~self.by_x0)
         if len(index):
-            slopes, none = self._sampled(1).x0, np.zeros(len(index))
-            turns[index] = self.first(index, -slopes, none, DISPLACEMENT, derivative=1)
+            turns[index] = self.first_sum(index, {"x0": -1.0}, np.zeros(len(index)), derivative=1)
         return turns
 
 

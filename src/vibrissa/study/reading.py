@@ -14,8 +14,8 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from vibrissa.errors import StudyError
 from vibrissa.study.model import Study
 from vibrissa.study.schema import allowed_at
-from vibrissa.study.sections import NAME_ALLOWED, Mistake, in_words
-from vibrissa.study.yaml12 import loaded, shown, text_of
+from vibrissa.study.sections import NAME_ALLOWED, Mistake, in_words, shown
+from vibrissa.study.yaml12 import loaded, text_of
 
 # Prefix of top-level keys that only hold YAML anchors.
 FOR_ANCHORS = "x-"

@@ -5,8 +5,6 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from vibrissa.study.yaml12 import shown
-
 # Place of a mistake in a section, and its message.
 Mistake: TypeAlias = tuple[tuple[str | int, ...], str]
 
@@ -18,7 +16,15 @@ def _whole(written: Any) -> Any:
 
 Count = Annotated[int, Field(strict=True, ge=1), BeforeValidator(_whole)]
 Name = Annotated[str, Field(pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,99}$")]
+# Characters of a wrong value that a message shows.
+SHOWN = 60
 NAME_ALLOWED = "a name of at most 100 letters, digits, _ and -"
+
+
+def shown(written: object) -> str:
+    """Format a value as in the file, shortened if it is long."""
+    text = repr(written)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 
 class Section(BaseModel):

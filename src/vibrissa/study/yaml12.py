@@ -14,10 +14,9 @@ from ruamel.yaml.nodes import ScalarNode
 from ruamel.yaml.resolver import VersionedResolver
 
 from vibrissa.errors import StudyError
+from vibrissa.study.sections import shown
 
 _DATE = "tag:yaml.org,2002:timestamp"
-# Characters of a wrong value that a message shows.
-SHOWN = 60
 
 
 class _Resolver(VersionedResolver):
@@ -129,9 +128,3 @@ def _pairs(was: Any, now: Any) -> Iterator[tuple[Mapping[str, Any], Mapping[str,
         yield was, now
         for one, other in zip(was.values(), now.values(), strict=True):
             yield from _pairs(one, other)
-
-
-def shown(written: object) -> str:
-    """Format a value as in the file, shortened if it is long."""
-    text = repr(written)
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."

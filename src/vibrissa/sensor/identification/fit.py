@@ -13,8 +13,8 @@ from vibrissa.sensor.whisker import Whisker
 
 # Number of Gauss-Newton steps by which u is fitted to the readings of an unknown contact point.
 FIRST_STEPS = 8
-# Least inverse variance.
-TINY = 1e-300
+# Least weight, an inverse variance.
+LEAST_WEIGHT = 1e-300
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -77,7 +77,7 @@ class Fit:
         if not position:
             return scaled
         along = self.task.weighted(self._load_slope)
-        square = np.maximum((along**2).sum(axis=1), TINY)
+        square = np.maximum((along**2).sum(axis=1), LEAST_WEIGHT)
         less = (1.0 / np.sqrt(1.0 + position**2 * square) - 1.0) / square
         part = (scaled * along).sum(axis=-1) * less
         return np.asarray(scaled + part[..., None] * along)
@@ -96,7 +96,7 @@ class Fit:
     @cached_property
     def known(self) -> FloatArray:
         """Inverse variance of x0 in each period's last sample, for a known set-up, shape (p,)."""
-        return np.maximum(self.task.blocks.sums((self.slope**2).sum(axis=1)), TINY)
+        return np.maximum(self.task.blocks.sums((self.slope**2).sum(axis=1)), LEAST_WEIGHT)
 
     def with_contacts(self, steps: int) -> "Fit":
         """Fit x0 in the last sample of each period, for this set-up, by Gauss-Newton steps."""

@@ -13,7 +13,7 @@ from scipy.special import chdtrc, fdtrc, ndtri
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.units import Units
-from vibrissa.sensor.identification.fit import TINY
+from vibrissa.sensor.identification.fit import LEAST_WEIGHT
 from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.identification.verdict import Verdict
 from vibrissa.sensor.tolerances import told
@@ -189,7 +189,7 @@ def causes_of(verdict: Verdict, fits: bool) -> tuple[Cause, ...]:
     if settled:
         shared = line.jacobian @ changes.reshape(len(changes), -1).T
         known -= (shared * (verdict.remaining @ shared)).sum(axis=0)
-    named = (known > TINY) & [one.of not in NOT_NAMED for one in task.parameters]
+    named = (known > LEAST_WEIGHT) & [one.of not in NOT_NAMED for one in task.parameters]
     known = np.where(named, known, np.inf)
     size, deviation = along / known, 1.0 / np.sqrt(known)
     fall = size * along

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.identification.fit import TINY, Fit
+from vibrissa.sensor.identification.fit import LEAST_WEIGHT, Fit
 
 
 class HeightsOfTips(NamedTuple):
@@ -89,7 +89,7 @@ class Linearisation:
     def told(self) -> FloatArray:
         """Inverse variance of the height of each tip, for a known set-up, shape (p,)."""
         sums = self.at.task.blocks.sums((self.by_height**2).sum(axis=1))
-        return np.maximum(sums, TINY)
+        return np.maximum(sums, LEAST_WEIGHT)
 
     @cached_property
     def allowed(self) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.units import Kind, Units
-from vibrissa.sensor.identification.fit import TINY, Fit
+from vibrissa.sensor.identification.fit import LEAST_WEIGHT, Fit
 from vibrissa.sensor.identification.goodness import LEVEL, Cause
 from vibrissa.sensor.identification.verdict import Verdict
 
@@ -106,7 +106,7 @@ def _waves(fit: Fit, weight: FloatArray, number: float) -> FloatArray:
     """
     blocks, phase = fit.task.blocks, number * fit.task.shown
     waves = np.stack([np.sin(phase), np.cos(phase)])
-    whole = np.maximum(blocks.sums(weight), TINY)
+    whole = np.maximum(blocks.sums(weight), LEAST_WEIGHT)
     means = np.stack([blocks.sums(weight * one) / whole for one in waves])
     return np.asarray(waves - means[:, blocks.period])
 

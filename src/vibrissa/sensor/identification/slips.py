@@ -39,7 +39,7 @@ EVEN = 1e-3
 # Largest number of rows between two periods that may belong to a single slip.
 MOST_BETWEEN = 10
 # Least rise of the load, in standard deviations, by which a channel is weighted.
-TINY = 1e-9
+LEAST_RISE = 1e-9
 # Least part of the samples in which the load falls if the tip slips too often. Largest median
 # deviation within slips and within rises, as a part of the distance between both.
 TEETH, DISTINCT = 0.25, 0.15
@@ -246,7 +246,7 @@ def _saw_teeth(falls: FloatArray) -> bool:
     kinds = [(np.median(one), np.median(np.abs(one - np.median(one)))) for one in (slips, rises)]
     (slip, of_slips), (rise, of_rises) = kinds
     # Noise below the resolution has few values, too: most of them are equal.
-    return bool(TINY < min(of_slips, of_rises)) and bool(
+    return bool(LEAST_RISE < min(of_slips, of_rises)) and bool(
         max(of_slips, of_rises) < DISTINCT * (slip - rise)
     )
 
@@ -360,7 +360,7 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     # The weight of each channel is its rise relative to its noise.
     changes = [-np.diff(one) * way for one in loads]
     # If most readings are equal, as of a coarse resolution, the median is 0.
-    rises = np.maximum([np.median(one) or trim_mean(one, 0.25) for one in changes], TINY)
+    rises = np.maximum([np.median(one) or trim_mean(one, 0.25) for one in changes], LEAST_RISE)
     return np.asarray(rises @ loads / np.linalg.norm(rises))
 
 

@@ -127,11 +127,11 @@ def follow(
         Longest step along a path.
     """
     count = len(side)
-    first = np.arange(count), states
-    last = _knots(branches, *first, branches.prescribing({FX: 1.0}), np.zeros(count))
+    upright = branches.prescribing({FX: 1.0})
+    last = _knots(branches, np.arange(count), states, upright, np.zeros(count))
     # Orient the paths, now that the sign of the displacement along them is known.
-    direction = last.direction * (np.sign(last.direction[:, 0]) * side)[:, None]
-    last = _knots(branches, *first, branches.along(direction, np.zeros(count)), np.zeros(count))
+    way = (np.sign(last.direction[:, 0]) * side)[:, None]
+    last = replace(last, change=way * last.change, direction=way * last.direction)
     before, step, known = last, np.full(count, FIRST_STEP), [last]
     turned = np.zeros(count, dtype=bool)
     for _ in range(MOST_STEPS):

@@ -5,9 +5,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import ode
-from scipy.interpolate import make_interp_spline
-from scipy.optimize import minimize
 
 from vibrissa.mechanics.admissibility import LIMITS, TOLERANCE, clearances
 from vibrissa.mechanics.buckling import buckled_unknowns
@@ -105,6 +102,8 @@ def shoot(
     theta: float, f: float, alpha: float, x1: float, y1: float, tolerances: Tolerances = PRECISE
 ) -> _Tip:
     """Integrate paper equation (2) by Runge–Kutta 4(5) from the clamp to the tip."""
+    from scipy.integrate import ode  # half a second to load
+
     solver = ode(rod_equations(theta, f, alpha, x1, y1))
     solver.set_integrator("dopri5", rtol=tolerances.rtol, atol=tolerances.atol, nsteps=10_000)
     solver.set_initial_value((0.0, 0.0, math.pi / 2), 0.0)
@@ -131,6 +130,8 @@ def _search(
         tried = shot(unknowns)
         tip = shoot(theta, *tried, y1, tolerances)
         return math.hypot(tip.x - tried.x1, tip.y - y1)
+
+    from scipy.optimize import minimize  # a tenth of a second to load
 
     best, size = np.asarray(start, dtype=float), np.asarray(spread, dtype=float)
     options = {"xatol": tolerances.simplex, "fatol": tolerances.simplex, "maxiter": 400}
@@ -270,6 +271,8 @@ def _stepped(states: list[ShotState], step: float, eta: float) -> PathState:
 
 def _smooth_piece(known: PathState) -> Pieces:
     """Make a piece, with states at Chebyshev points, from a spline through states of a walk."""
+    from scipy.interpolate import make_interp_spline  # half a second to load
+
     stop, degree = known.x0[-1:], min(SPLINE_DEGREE, len(known) - 1)
     columns = np.stack([*known.columns.values()], axis=-1)
     spline = make_interp_spline(known.x0, columns, k=degree)
