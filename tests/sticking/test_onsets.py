@@ -41,6 +41,8 @@ def test_a_row_is_the_onset_of_its_values(random):
         ((2.0, 0.85), {"mounting": Mounting(clamp_angle=0.1)}),
         ((2.0, 0.85), {"section": "planar"}),
         ((3.0, 0.75), {"contact": "line"}),
+        # Its −tan α is largest in the kink at which the rod lies down.
+        ((2.13, 0.797), {"contact": "line"}),
     ],
 )
 def test_other_mountings_sections_and_contacts_are_as_one_at_a_time(rod, kind):

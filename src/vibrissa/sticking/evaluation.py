@@ -15,7 +15,15 @@ from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.roots import first_reached
 from vibrissa.outcomes import Contact, End, Status
-from vibrissa.sticking.piece import AHEAD, BACK, CONTACT_SLACK, Pieces, Samples, StickingState
+from vibrissa.sticking.piece import (
+    AHEAD,
+    BACK,
+    CONTACT_SLACK,
+    PathState,
+    Pieces,
+    Samples,
+    StickingState,
+)
 from vibrissa.sticking.shapes import RowStates
 
 if TYPE_CHECKING:
@@ -128,10 +136,20 @@ class CurveArray:
             if len(known):
                 return states.with_rows(known, self.states(index[known], x0[known]))
             return states
-        place = self._piece_of(index, x0)
-        t = self.pieces.places_of(place, np.minimum(x0, self.pieces.last_x0[place]))
+        place, t = self._place_of(index, x0)
         states = self.pieces.with_margins(place, t, self.pieces.at(place, t))
         return replace(states, x0=x0)
+
+    def loads(self, index: IntArray, x0: FloatArray) -> PathState:
+        """States at the displacements `x0` without their margins, which take long to compute."""
+        known, states = np.flatnonzero(np.isfinite(x0)), PathState.unknown(len(x0))
+        place, t = self._place_of(index[known], x0[known])
+        return replace(states.with_rows(known, self.pieces.at(place, t)), x0=x0)
+
+    def _place_of(self, index: IntArray, x0: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Piece on which each displacement lies, and the value of its parameter there."""
+        piece = self._piece_of(index, x0)
+        return piece, self.pieces.places_of(piece, np.minimum(x0, self.pieces.last_x0[piece]))
 
     def shapes(self, index: IntArray, x0: FloatArray, s: FloatArray) -> Shape:
         """Deformed shapes at the displacements `x0`, none of which is NaN."""
@@ -142,8 +160,7 @@ class CurveArray:
 
     def rod_states(self, index: IntArray, x0: FloatArray) -> Iterator[RowStates]:
         """Yield the states of the rod at the displacements `x0`, those on one piece together."""
-        place = self._piece_of(index, x0)
-        t = self.pieces.places_of(place, np.minimum(x0, self.pieces.last_x0[place]))
+        place, t = self._place_of(index, x0)
         for piece in np.unique(place):
             rows = np.flatnonzero(place == piece)
             yield RowStates(rows=rows, states=self.pieces.shapes[piece].states(t[rows]))

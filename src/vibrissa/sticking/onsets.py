@@ -19,8 +19,9 @@ from vibrissa.numerics.batch import slices
 from vibrissa.outcomes import Contact, RodSection, Status
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import CURVES_AT_ONCE
-from vibrissa.sticking.periods import read_curves
-from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.evaluation import CurveArray
+from vibrissa.sticking.periods import last_steps
+from vibrissa.sticking.piece import PathState
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -142,31 +143,27 @@ def _solved(
     """Solve some rods, and read off the onsets; `counts` has the number of rows of each rod."""
     theta, eta = rods.T.tolist()
     curves = solve_curves(theta, eta, contact, [mounting] * len(rods), section, onsets=True)
-    ends = np.cumsum(counts)[:-1]
-    steps = {step: exact(step) for step in set(columns["dx0"].tolist()) if step == step}
-    one = exact(1)
-    dx0 = [
-        [steps.get(step, one) for step in part.tolist()] for part in np.split(columns["dx0"], ends)
-    ]
-    periods = read_curves(curves, np.split(columns["mu0"], ends), dx0)
     index = np.repeat(np.arange(len(curves)), counts)
-    known = [status in (Status.SLIP, Status.LOCK) for status in periods.status]
+    together = CurveArray(curves=tuple(curves))
+    x0_slip, found = together.outcomes(index, columns["mu0"])
+    last = last_steps(x0_slip, [exact(1 if step != step else step) for step in columns["dx0"]])
+    known = [status in (Status.SLIP, Status.LOCK) for status in found]
     messages = [curve.message for curve in curves]
     return {
-        "status": [str(status) for status in periods.status],
+        "status": [str(status) for status in found],
         "message": [
             "" if fine else messages[which] for which, fine in zip(index, known, strict=True)
         ],
-        "x0_slip": periods.x0_slip,
-        "n_steps": periods.n_steps,
-        "x0_max": periods.x0_max,
+        "x0_slip": x0_slip,
+        "n_steps": last.number,
+        "x0_max": last.x0,
         "mu_lock": np.array([curve.mu_lock for curve in curves])[index],
         "residual": np.array([curve.residual for curve in curves])[index],
-        **_state(periods.slip),
+        **_state(together.loads(index, x0_slip)),
     }
 
 
-def _state(state: StickingState) -> dict[str, FloatArray]:
+def _state(state: PathState) -> dict[str, FloatArray]:
     names = ("f", "alpha", "phi1", "s_c", "reaction_fx", "reaction_fy", "reaction_m")
     return {f"{name}_slip": getattr(state, name) for name in names}
 

@@ -6,6 +6,7 @@ The paper's x0,max is the largest multiple of Δx0 that does not pass the exact 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from typing import NamedTuple
 
 import numpy as np
 
@@ -80,7 +81,7 @@ def read_curves(
     friction = np.concatenate(mu0)
     x0_slip, status = together.outcomes(of, friction)
     slips = np.isfinite(x0_slip)
-    n_steps, x0_max = _last_steps(x0_slip, [step for pairs in dx0 for step in pairs])
+    last = last_steps(x0_slip, [step for pairs in dx0 for step in pairs])
     # A rod that may lie on the surface does not pass through it.
     touches = np.array([not curve.pieces.line.any() for curve in curves])
     x0_touch = np.array([curve.x0_touch for curve in curves])[of]
@@ -97,14 +98,15 @@ def read_curves(
     # Evaluate all states together: the first one of each curve, and two of each period.
     x0_init = np.where(together.has_states, 0.0, np.nan)
     states = together.states(
-        np.concatenate([np.arange(len(curves)), of, of]), np.concatenate([x0_init, x0_max, x0_slip])
+        np.concatenate([np.arange(len(curves)), of, of]),
+        np.concatenate([x0_init, last.x0, x0_slip]),
     )
     periods = states.take(slice(len(curves), None))
     return Stiction(
         status=status,
         x0_slip=x0_slip,
-        n_steps=n_steps,
-        x0_max=x0_max,
+        n_steps=last.number,
+        x0_max=last.x0,
         # The first touch is at 0, or strictly before the onset; comparisons with NaN are false.
         penetrates=touches[of] & ((x0_touch == 0.0) | (x0_touch < sticks_until)),
         contact=together.contact(of, sticks_until),
@@ -117,14 +119,29 @@ def read_curves(
     )
 
 
-def _last_steps(x0_slip: FloatArray, dx0: Sequence[Decimal]) -> tuple[FloatArray, FloatArray]:
-    """Count the steps to each onset, and find x0 of the last step (L); NaN without an onset."""
-    n_steps, x0_max = np.full((2, len(x0_slip)), np.nan)
+class LastSteps(NamedTuple):
+    """Last steps at which tips stick; NaN without an onset.
+
+    Attributes
+    ----------
+    number : ndarray of float, shape (n,)
+        Number of steps Δx0 from α = 0.
+    x0 : ndarray, shape (n,)
+        Displacement after these steps (L).
+    """
+
+    number: FloatArray
+    x0: FloatArray
+
+
+def last_steps(x0_slip: FloatArray, dx0: Sequence[Decimal]) -> LastSteps:
+    """Find the last step Δx0 (L) that does not pass each onset of slip (L)."""
+    last = LastSteps(number=np.full(len(x0_slip), np.nan), x0=np.full(len(x0_slip), np.nan))
     slips = np.isfinite(x0_slip)
     numbers: dict[Decimal, int] = {}
     which = np.array([numbers.setdefault(step, len(numbers)) for step in dx0])
     for step, number in numbers.items():
         rows = np.flatnonzero(slips & (which == number))
         count = last_step_within(x0_slip[rows], step)
-        n_steps[rows], x0_max[rows] = count, step_position(count, step)
-    return n_steps, x0_max
+        last.number[rows], last.x0[rows] = count, step_position(count, step)
+    return last

@@ -86,7 +86,8 @@ def solve_curves(
         normal force vanishes, or as far as the states can be resolved. If false, only round rods in
         the ideal mounting have a retraction, up to tan α = 3.
     onsets : bool
-        Whether only onsets and locks are needed, which need no retraction.
+        Whether only onsets and locks are needed. Then no retraction is solved, and the curve ends
+        soon after its lock, with the end ``not_followed``.
 
     Returns
     -------
@@ -112,7 +113,7 @@ def solve_curves(
             row
             for row in pending
             if curves[row].status is Status.FAILED
-            or curves[row].end is End.NOT_FOLLOWED
+            or (curves[row].end is End.NOT_FOLLOWED and not onsets)
             or (retract and not curves[row].retraction)
         ]
     return [curves[row] for row in range(len(theta))]
@@ -198,10 +199,17 @@ def _curves(
 ) -> list[StickingCurve]:
     """Make the curves of branches: follow each path from its first state, and resolve the path."""
     ideal = mountings[0].is_ideal
-    # Onsets and locks need no retraction.
     both = (retract or (ideal and section is RodSection.ROUND)) and not onsets
     paths = _paths(
-        branches, states, model, section, closeness, retract=retract, ideal=ideal, both=both
+        branches,
+        states,
+        model,
+        section,
+        closeness,
+        retract=retract,
+        ideal=ideal,
+        both=both,
+        onsets=onsets,
     )
     rows = [row for row, path in enumerate(paths) if len(path.pushed.found)]
     uncut = []
@@ -238,6 +246,7 @@ def _paths(
     retract: bool,
     ideal: bool,
     both: bool,
+    onsets: bool,
 ) -> list[_Paths]:
     """Follow and resolve the paths of rods; if `both`, those in retraction with the others."""
     count, round_rods = len(states), section is RodSection.ROUND
@@ -249,6 +258,8 @@ def _paths(
     ended = _ended(side, section, ideal, most)
     followed = follow(branches, states, side, model, ended, closeness.longest)
     followed = followed._replace(knots=_up_to_steep(branches, followed, side, most))
+    if onsets:
+        followed = _up_to_lock(followed)
     resolved = _resolved(branches, followed, side, model, round_rods=round_rods, ideal=ideal)
     pushed, retracted = resolved[:count], resolved[count:]
     if not retracted:
@@ -315,6 +326,24 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
     steep = some.prescribing({FX: 1.0 / most, FY: 1.0})
     states, found, _ = solve(between(low, knots.take(last), share), steep)
     return replace(knots, states=knots.states.with_rows(last[found], states.take(found)))
+
+
+def _up_to_lock(followed: Followed) -> Followed:
+    """Cut off paths at the knot after the one with the largest −tan α, if that is not the first.
+
+    The exact maximum is between the two knots beside the largest one.
+    """
+    knots, begins = followed.knots, np.flatnonzero(followed.first)
+    states, number = knots.states, np.arange(len(knots))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        demand = np.where(states.fy < 0.0, states.fx / states.fy, np.inf)
+    largest = np.maximum.reduceat(demand, begins)[knots.branch]
+    # A kink has two knots with the same state.
+    at = np.maximum.reduceat(np.where(demand == largest, number, 0), begins)[knots.branch]
+    beyond = (number > at + 1) & ~followed.first[at]
+    turned = followed.turned.copy()
+    turned[knots.branch[beyond]] = False
+    return Followed(knots=knots.take(~beyond), turned=turned)
 
 
 def _resolved(
