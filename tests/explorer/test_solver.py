@@ -3,8 +3,10 @@
 import json
 import math
 
+import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, fsolve
 from scipy.special import ellipe, ellipk
 
 from validation import explorer_agreement as agreement
@@ -130,6 +132,24 @@ def test_the_work_of_the_stage_is_the_gain_of_energy(page, eta, contact, bent, s
         ),
         # The tail comes down to the clamp.
         (2, 0.15, "line", Mounting(curvature=-0.5), "inadmissible"),
+        # The tip reaches the rod.
+        (7.867, 0.469, "point", Mounting(), "inadmissible"),
+        # The last states before a limit point are hard to solve.
+        (3.3602803308520244, 0.42442439855267744, "line", Mounting(), "snaps"),
+        (5.2854503687975205, 0.5221863609842756, "line", Mounting(), "snaps"),
+        # An arch of a hundred-thousandth of the rod, next to the tip.
+        (
+            7.798879431123622,
+            0.9303323160251017,
+            "line",
+            Mounting(
+                clamp_angle=0.020427692343165604,
+                clamp_compliance=0.14573767788217507,
+                curvature=(-0.36369298638468817, 0.37546240650501495),
+                stage_angle=0.0054587409340891985,
+            ),
+            "inadmissible",
+        ),
         # An arch where the tip is nearly parallel to the surface.
         (
             2.6091380808913547,
@@ -150,6 +170,56 @@ def test_a_planar_path_ends_at_the_same_place(page, theta, eta, contact, mountin
     end = solved(page, "[path.pushed.end, path.x0End]", **point | {"round": False})
     curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section="planar")
     assert end == [why, pytest.approx(curve.x0_end, abs=1e-9)]
+
+
+@pytest.mark.parametrize(("theta", "eta"), [(7.0375, 0.4416), (4.4009, 0.4129), (7.6272, 0.5264)])
+def test_a_rod_ends_where_its_tip_reaches_it(page, theta, eta):
+    found = solved(
+        page,
+        "[path.x0End, path.pushed.why, ...[0, -1].map((at) => path.pushed.knots.at(at).state)"
+        ".map(({ phi1, fx, fy }) => [phi1, fx, fy])]",
+        theta=theta,
+        eta=eta,
+        round=False,
+    )
+    x0_end, why, first, last = found
+    assert why == "the rod crosses itself"
+    assert x0_end == pytest.approx(tip_reaches_rod(theta, eta, first, last), abs=1e-9)
+
+
+def tip_reaches_rod(theta, eta, first, last):
+    """Displacement at which the tip of a planar rod touches it, by shooting from the tip.
+
+    `first` and `last` are guesses of φ1, fx and fy with α = 0 and where the tip touches the rod.
+    """
+
+    def rod(unknowns, length):
+        """Position relative to the tip, and slope, at a distance along the rod from it."""
+        phi1, fx, fy = unknowns
+
+        def change(s, z):
+            _, _, phi, m = z
+            b = (1.0 - (1.0 - 1.0 / theta) * (1.0 - s)) ** 4
+            return [-np.cos(phi), -np.sin(phi), -m / b, fy * np.cos(phi) - fx * np.sin(phi)]
+
+        tip = [0.0, 0.0, phi1, 0.0]
+        return solve_ivp(change, [0.0, length], tip, "DOP853", rtol=1e-12, atol=1e-13).y[:3, -1]
+
+    def clamped(x, y, phi):
+        return [y + eta, phi - math.pi / 2]
+
+    def touches(v):
+        return [*clamped(*rod(v[:3], 1.0)), *rod(v[:3], v[3])[:2]]
+
+    def starts(v):
+        return clamped(*rod([v[0], 0.0, v[1]], 1.0))
+
+    phi1, fy = fsolve(starts, first[::2], xtol=1e-12)
+    lengths = np.linspace(0.2, 0.8, 61)
+    near = min(lengths, key=lambda length: np.hypot(*rod(last, length)[:2]))
+    touching = fsolve(touches, [*last, near], xtol=1e-12)
+    assert np.abs(touches(touching)).max() < 1e-11
+    return rod(touching[:3], 1.0)[0] - rod([phi1, 0.0, fy], 1.0)[0]
 
 
 def test_a_state_that_only_one_solver_finds_counts():

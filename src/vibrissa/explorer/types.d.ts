@@ -31,6 +31,22 @@ interface State {
 /** A deformed rod, point by point, with its clamp at the origin. */
 type Shape = Record<"s" | "x" | "y" | "phi", Float64Array>;
 
+/** Legendre coefficients of the slope φ and of dx/dτ and dy/dτ of a rod. */
+type Series = Record<"phi" | "along" | "up", Float64Array>;
+
+/** Room of a rod (L): negative where its shape is inadmissible, infinite where no part of it is near a limit. */
+interface Clearance {
+  clamp: number; // above the level of the clamp
+  surface: number; // below the surface, away from the contact point
+  itself: number; // between two parts of the rod
+}
+
+/** A point of a rod as seen from an earlier part: turn of the rod between them (rad), distance, negative where it is past that part. */
+interface Facing {
+  turn: number;
+  distance: number;
+}
+
 /** Quantities of a state at the nodes; `natural` and `turned` have one more entry, at the contact point. */
 interface NodeValues {
   kernel: Float64Array;

@@ -1,6 +1,6 @@
 // An equilibrium path, followed from α = 0 to one side: pushed ahead or pulled back by the clamp.
 
-import { extremes, inadmissible } from "./admissible.js";
+import { clearance, inadmissible, margin } from "./admissible.js";
 import { isPossible } from "./beginning.js";
 import { bracketedRoot } from "./numerics/roots.js";
 import { isStraight, naturalCurvature } from "./rod/mounting.js";
@@ -20,15 +20,16 @@ const OF_STEPS = 1e-7;
 const MOST_STEPS = 400;
 /** Slope of a tip (rad) below which a rod may arch; parts of a step that are examined; refinements of these. */
 const NEARLY_LEVEL = 0.02;
-/** Height (L) of the lowest point of a rod above its clamp below which parts of a step are examined. */
-const NEARLY_DOWN = 0.02;
+/** Room (L) of a rod above its clamp, and between its parts, below which parts of a step are examined. */
+const NARROW = 0.02;
 const LOOKS_AHEAD = 5;
 const ZOOMS = 3;
 const TINY = 1e-13;
-/** Largest size of the last coefficients of the slope at which the nodes suffice; the ends are more accurate. */
+/** Largest size of the last coefficients of the slope at which the nodes suffice for forces, and for a whole shape. */
 const RESOLVED = 1e-7;
-/** The same for a rod that may arch, with up to 46 nodes, as heights between its ends matter, too. */
-const RESOLVED_ARCH = 1e-11;
+const RESOLVED_SHAPE = 1e-11;
+/** A number of nodes that has to suffice for a shape. */
+const MOST_NODES = 90;
 
 /** Displacement of the clamp since α = 0. @type {(branch: Branch, state: State) => number} */
 export function displacement(branch, state) {
@@ -205,7 +206,8 @@ function ending(branch, side, from, to) {
   const beyond = firstInadmissible(branch, from, last);
   if (!beyond) return found;
   const why = inadmissible(branch.rod, beyond.state, branch.model);
-  return { end: "inadmissible", knot: lastAdmissible(branch, from, beyond), why };
+  const knot = knotWhere(branch, from, beyond, ({ state }) => margin(branch.rod, state, branch.model));
+  return { end: "inadmissible", knot, why };
 }
 
 /**
@@ -236,7 +238,8 @@ function turning(branch, side, from, to) {
  * The first inadmissible knot after `from`, up to `to`; null if there is none.
  *
  * A rod that is curved towards the surface may arch over it on a short part of the path only, near the state
- * in which its tip is most nearly parallel to the surface. A rod may dip below its clamp on a short part, too.
+ * in which its tip is most nearly parallel to the surface. A rod may dip below its clamp, or cross itself, on a short
+ * part, too.
  * @type {(branch: Branch, from: Knot, to: Knot) => Knot | null}
  */
 function firstInadmissible(branch, from, to) {
@@ -246,9 +249,11 @@ function firstInadmissible(branch, from, to) {
   if (mayArch && Math.min(from.state.phi1, to.state.phi1) < NEARLY_LEVEL) {
     looks.push(...nearestTo(branch, from, to, ({ state }) => Math.abs(state.phi1)));
   }
-  /** @type {(knot: Knot) => number} */
-  const lowest = ({ state }) => extremes(rod, state).least;
-  if (Math.min(lowest(from), lowest(to)) < NEARLY_DOWN) looks.push(...nearestTo(branch, from, to, lowest));
+  const [room, roomNext] = [from, to].map(({ state }) => clearance(rod, state, model));
+  for (const limit of /** @type {const} */ (["clamp", "itself"])) {
+    if (Math.min(room[limit], roomNext[limit]) > NARROW) continue;
+    looks.push(...nearestTo(branch, from, to, ({ state }) => clearance(rod, state, model)[limit]));
+  }
   if (mayArch && from.state.phi1 > 0 !== to.state.phi1 > 0) {
     const level = knotWhere(branch, from, to, (knot) => knot.state.phi1);
     if (level && level.step > 0) looks.push(level);
@@ -293,17 +298,9 @@ function onAxis({ rod, surface, scale }) {
   return { offset, sc: cos / scale, value: (cos - surface.level * sin) / scale };
 }
 
-/** @type {(branch: Branch, from: Knot, to: Knot) => Knot | null} */
-function lastAdmissible(branch, from, to) {
-  let [low, high] = [0, 1];
-  while (high - low > TINY) {
-    const part = 0.5 * (low + high);
-    const knot = knotBetween(branch, from, to, part);
-    if (!knot) return null;
-    if (inadmissible(branch.rod, knot.state, branch.model)) high = part;
-    else low = part;
-  }
-  return low ? knotBetween(branch, from, to, low) : null;
+/** Whether the nodes suffice to tell whether a shape is admissible. @type {(rod: Rod, state: State) => boolean} */
+export function resolvesShape(rod, state) {
+  return rod.nodes >= MOST_NODES || rod.decay(state) <= RESOLVED_SHAPE;
 }
 
 /**
@@ -312,16 +309,15 @@ function lastAdmissible(branch, from, to) {
  */
 export function followed(branch, first, side) {
   const knots = [knotAt(branch, first, { offset: 1 / branch.scale, value: 0 }, -side)];
-  const curvesUp = branch.model === "line" && naturalCurvature(branch.rod.mounting, 1) > 0;
-  const mayArch = curvesUp && branch.rod.nodes <= 46;
-  const resolved = mayArch ? RESOLVED_ARCH : RESOLVED;
+  const mayArch = branch.model === "line" && naturalCurvature(branch.rod.mounting, 1) > 0;
   let step = FIRST_STEP;
   for (let count = 0; count < MOST_STEPS; count += 1) {
     const last = knots[knots.length - 1];
     const smooth = last.step > 0 ? knots[knots.length - 2] : undefined;
     const taken = stepped(branch, last, smooth, step);
     if (!taken) return { branch, knots, end: "lost", why: "the next state was not found" };
-    if (branch.rod.decay(taken.knot.state) > resolved) {
+    const { state } = taken.knot;
+    if (branch.rod.decay(state) > RESOLVED || (mayArch && !resolvesShape(branch.rod, state))) {
       return { branch, knots, end: "lost", why: "the rod bends too sharply for its nodes" };
     }
     step = taken.next;
@@ -337,12 +333,16 @@ export function followed(branch, first, side) {
       step = Math.min(step, FIRST_STEP);
     }
     const end = ending(branch, side, last, found[0]);
-    if (end) {
-      const { rod } = branch;
-      if (end.end === "inadmissible" && end.knot && rod.nodes <= 46 && rod.decay(end.knot.state) > RESOLVED_ARCH) {
+    if (end && !end.knot) {
+      // The step is too long for its states to be solved.
+      step = 0.4 * taken.knot.step;
+      continue;
+    }
+    if (end?.knot) {
+      if (end.end === "inadmissible" && !resolvesShape(branch.rod, end.knot.state)) {
         return { branch, knots, end: "lost", why: "the rod bends too sharply for its nodes" };
       }
-      if (end.knot && end.knot.step > 0) knots.push(...withExtremes(branch, last, end.knot));
+      if (end.knot.step > 0) knots.push(...withExtremes(branch, last, end.knot));
       return { branch, knots, end: end.end, why: end.why ?? "" };
     }
     knots.push(...withExtremes(branch, last, found[0]), ...found.slice(1));

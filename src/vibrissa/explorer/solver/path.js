@@ -1,7 +1,7 @@
 // A sticking curve: both arms of the path of one rod at one height, and states and onsets on it.
 
 import { inadmissible } from "./admissible.js";
-import { between, cubic, displacement, followed, knotWhere, offsetAt, swung } from "./arm.js";
+import { between, cubic, displacement, followed, knotWhere, offsetAt, resolvesShape, swung } from "./arm.js";
 import { beginningOf } from "./beginning.js";
 import { bracketedRoot } from "./numerics/roots.js";
 import { IDEAL } from "./rod/mounting.js";
@@ -32,6 +32,7 @@ export function solvedPath(given, fewest = 0) {
     if (typeof begun === "string") return { path: null, message: begun };
     const branch = branchOf(rod, given, begun);
     const why = unsuitable(branch, begun.state);
+    if (why && !resolvesShape(rod, begun.state)) continue;
     if (why) return { path: null, message: why };
     const pushed = followed(branch, begun.state, 1);
     message = `the path was lost (${pushed.why}): try a slightly different θ or η`;

@@ -1,6 +1,6 @@
 // A root of a function between two places at which it has different signs.
 
-const MOST_SECANTS = 60;
+const MOST_SECANTS = 400;
 
 /**
  * Find a root by the Illinois method: secants, and at times the middle of the bracket. Returns NaN if a

@@ -117,24 +117,36 @@ export class Rod {
     return turn === 0 ? rod : rod + 0.5 * turn * this.state(unknowns, "point").m ** 2;
   }
 
-  /** The deformed rod at arc lengths, with its clamp at the origin. @type {(state: State, s: Float64Array) => Shape} */
-  shape(state, s) {
-    const { nodes: count, theta, rule } = this;
-    const { arc, sin, cos } = this.parts(state.unknowns);
-    const phi = this.slopes(state, s.map((at) => Math.min(at, state.sc)));
-    const along = product(rule.toCoefficients, arc.map((a, k) => a * cos[k]));
-    const up = product(rule.toCoefficients, arc.map((a, k) => a * sin[k]));
-    const [x, y] = [0, 1].map(() => new Float64Array(s.length));
+  /** Legendre series of a state in τ, from which shapes follow. @type {(state: State) => Series} */
+  series({ unknowns, sc }) {
+    const { toCoefficients } = this.rule;
+    const phi = unknowns.subarray(0, this.nodes);
+    const arc = sc === 1 ? this.tipArc : this.arcs(sc);
+    return {
+      phi: product(toCoefficients, phi),
+      along: product(toCoefficients, arc.map((a, k) => a * Math.cos(phi[k]))),
+      up: product(toCoefficients, arc.map((a, k) => a * Math.sin(phi[k]))),
+    };
+  }
+
+  /**
+   * The deformed rod at arc lengths, with its clamp at the origin.
+   * @type {(state: State, s: Float64Array, series?: Series) => Shape}
+   */
+  shape(state, s, series = this.series(state)) {
+    const [x, y, phi] = [0, 1, 2].map(() => new Float64Array(s.length));
     for (let i = 0; i < s.length; i += 1) {
       const free = Math.min(s[i], state.sc);
-      const at = bendingCoordinate(theta, state.sc, free);
-      const integrals = legendreIntegrals(legendre(count, at), at);
+      const at = bendingCoordinate(this.theta, state.sc, free);
+      const values = legendre(this.nodes, at);
+      const integrals = legendreIntegrals(values, at);
       // Beyond the contact point, where the rod is level, it has its natural shape.
       const tail = tailOf(this.mounting, free, s[i]);
-      [x[i], y[i], phi[i]] = [tail.along, tail.up, phi[i] + tail.turn];
-      for (let k = 0; k < count; k += 1) {
-        x[i] += along[k] * integrals[k];
-        y[i] += up[k] * integrals[k];
+      [x[i], y[i], phi[i]] = [tail.along, tail.up, tail.turn];
+      for (let k = 0; k < this.nodes; k += 1) {
+        x[i] += series.along[k] * integrals[k];
+        y[i] += series.up[k] * integrals[k];
+        phi[i] += series.phi[k] * values[k];
       }
     }
     return { s, x, y, phi };
