@@ -258,6 +258,18 @@ def test_the_travel_between_locked_slips_follows_from_the_slope_of_rest():
         travel_on_slope(states, 0.3, 0.5)
 
 
+@pytest.mark.slow
+def test_short_kinetic_slips_lock_to_short_waves_in_the_same_way():
+    wavelength, kappa, positions = 0.0086, 0.8, path("0.00002", ["0.25"])
+    found = scanned(textures.wave(5e-6, wavelength), positions, law="kinetic", ratio=kappa)
+    assert locking_of(found.periods.contact_rest[-6:-1], wavelength) == (1, 1)
+    slope, lift = -np.tan(found.inclination[-1]), found.lift[-1]
+    states = Whisker(theta=THETA, eta=ETA - lift).response
+    travel = travel_on_slope(states, 0.3, slope, kappa * 0.3)
+    assert travel == pytest.approx(wavelength, abs=4e-5)  # two steps
+    assert abs(travel_on_slope(states, 0.3, 0.0, kappa * 0.3) - wavelength) > 1e-4
+
+
 def test_a_ball_is_traced_once_for_paths_that_end_in_the_same_part():
     surface = surfaces.constant(0.3).with_texture(textures.wave(2e-4, 0.02))
     one, other = (surface.traced(1e-3, np.array([0.0, end])).texture for end in (0.1, 0.2))
