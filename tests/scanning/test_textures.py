@@ -195,6 +195,18 @@ def test_on_rough_surfaces_friction_is_never_exceeded_and_no_scan_ends_silently(
             assert not smooth[row]  # only a corner holds more
 
 
+def test_a_step_on_the_onset_sticks_up_to_the_error_of_interpolated_heights():
+    """It exceeds friction by the little that the force changes in 1e-8 L."""
+    texture, forth = textures.rough(1e-3, 0.01, 3), path("0.001", ["0.03"])
+    onset = float(scanned(texture, forth).periods.onset[0])
+    for beyond, sticks in ((0.99e-8, True), (1.01e-8, False)):
+        found = scanned(texture, np.append(forth[forth < onset - 1e-3], onset + beyond))
+        assert (found.phase[-1] == TipPhase.STICK) == sticks
+        if sticks:
+            tangential, normal = resolved(*found.reactions[-1, :2], found.inclination[-1])
+            assert 1e-9 < -tangential / (0.3 * normal) - 1.0 < 2e-6
+
+
 def test_no_feature_is_too_narrow_to_be_seen():
     """A ridge of 1e-6 L on a long flat stops the tip as a wall does."""
     for width in (1e-4, 1e-6):
@@ -244,6 +256,18 @@ def test_the_travel_between_locked_slips_follows_from_the_slope_of_rest():
     assert abs(travel_on_slope(states, 0.3, 0.0) - wavelength) > 1e-3
     with pytest.raises(ArgumentError, match="before it locks"):
         travel_on_slope(states, 0.3, 0.5)
+
+
+@pytest.mark.slow
+def test_short_kinetic_slips_lock_to_short_waves_in_the_same_way():
+    wavelength, kappa, positions = 0.0086, 0.8, path("0.00002", ["0.25"])
+    found = scanned(textures.wave(5e-6, wavelength), positions, law="kinetic", ratio=kappa)
+    assert locking_of(found.periods.contact_rest[-6:-1], wavelength) == (1, 1)
+    slope, lift = -np.tan(found.inclination[-1]), found.lift[-1]
+    states = Whisker(theta=THETA, eta=ETA - lift).response
+    travel = travel_on_slope(states, 0.3, slope, kappa * 0.3)
+    assert travel == pytest.approx(wavelength, abs=4e-5)  # two steps
+    assert abs(travel_on_slope(states, 0.3, 0.0, kappa * 0.3) - wavelength) > 1e-4
 
 
 def test_a_ball_is_traced_once_for_paths_that_end_in_the_same_part():

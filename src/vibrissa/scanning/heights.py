@@ -433,8 +433,10 @@ def respond_over(rod: MountedRod, low: float, high: float) -> HeightRange:
     """
     check_range(rod, low, high)
     _check_response(rod)
-    down, up = np.arange(rod.eta, low, -WIDEST), np.arange(rod.eta, high, WIDEST)
-    edges = np.unique([low, *down, *up, high]).tolist()
+    edges = [low, high]
+    if high - low > SLIM:
+        down, up = np.arange(rod.eta, low, -WIDEST), np.arange(rod.eta, high, WIDEST)
+        edges = np.unique([low, *down, *up, high]).tolist()
     parts = [part for ends in pairwise(edges) for part in _parts(rod, *ends)]
     return HeightRange(parts=tuple(parts))
 

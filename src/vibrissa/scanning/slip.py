@@ -31,7 +31,7 @@ FULL = 1e-9
 REVERSALS = 100
 # Ends of the parts of a slide in which its end is sought, one after the other (L): a slide is
 # shorter than two rods.
-SOUGHT = (0.0, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.4, 1.0, 2.0)
+SOUGHT = (0.0, 0.005, 0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.25, 0.4, 0.6, 1.0, 2.0)
 
 
 class Lost(StrEnum):
@@ -126,7 +126,20 @@ def _polynomials(coefficients: FloatArray, breaks: FloatArray) -> "BPoly":
     """Make polynomials between breaks from their Bernstein coefficients, a column for each."""
     from scipy.interpolate import BPoly  # takes longer to load than a scan on a plane
 
-    return BPoly(coefficients, breaks)
+    # Without the constructor's checks, which take as long as the forces.
+    return BPoly.construct_fast(coefficients, breaks)
+
+
+class _Part(NamedTuple):
+    """A part of a slide.
+
+    `room` is the least distance of its states from the last computed states (L). `lost` is why the
+    part ends before its end, or None.
+    """
+
+    forces: _Forces
+    room: float
+    lost: Lost | None = None
 
 
 class Cell(NamedTuple):
@@ -271,7 +284,8 @@ class Slip:
             return 0.0
         way = 1 if x0 > 0.0 else -1
         breaks = np.unique(np.append(0.0, self._breaks(contact, way, 0.0, abs(x0))))
-        return float(self._balance(contact, way, breaks).driving.integrate(0.0, abs(x0)))
+        forces = self._balance(contact, way, breaks).forces
+        return float(forces.driving.integrate(0.0, abs(x0)))
 
     @property
     def _cell(self) -> Cell:
@@ -290,9 +304,8 @@ class Slip:
         self, contact: FloatArray | float, *slopes: FloatArray | float
     ) -> list[ContactForces]:
         """Resolve the forces on a tip at given positions (L), for each of several slopes."""
-        states, x0 = self._held(contact)
-        fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
-        return [contact_forces(fx, fy, slope) for slope in slopes]
+        held = self._held(contact)
+        return [_resolved(held, slope) for slope in slopes]
 
     def _within(self, contact: float) -> float:
         """Move a tip that a long step has taken out of the computed states to the last of them."""
@@ -333,9 +346,8 @@ class Slip:
         """Follow a slide in one direction to its end."""
         onward, forces = self.side * way, None
         for begin, end in pairwise(self._sought(contact, way)):
-            breaks, lost = self._computed(contact, way, self._breaks(contact, way, begin, end))
-            part = self._balance(contact, way, breaks)
-            forces = part if forces is None else forces.followed_by(part)
+            part = self._followed(contact, way, begin, end)
+            forces = part.forces if forces is None else forces.followed_by(part.forces)
             stop, lifts = self._stop(forces), np.nan
             if self.surface.texture is not None:
                 lifts = first_fall(forces.normal)
@@ -347,8 +359,8 @@ class Slip:
                     released=float(forces.driving.integrate(0.0, stop)),
                     dissipated=float(forces.friction.integrate(0.0, stop)),
                 )
-            if lost is not None:
-                return _Slide(contact + onward * float(breaks[-1]), lost=lost)
+            if part.lost is not None:
+                return _Slide(contact + onward * float(forces.normal.x[-1]), lost=part.lost)
         # The surface is not known further on, or the rod has no further states.
         self.surface(contact + onward * self._longest(contact, way))
         return _Slide(contact + onward * end, lost=Lost.BENT)
@@ -379,12 +391,12 @@ class Slip:
         for end in self._sought(contact, way):
             if end <= begin:
                 continue
-            breaks, lost = self._computed(contact, way, self._breaks(contact, way, begin, end))
-            normal = self._balance(contact, way, breaks).normal
+            part = self._followed(contact, way, begin, end)
+            normal = part.forces.normal
             lands = first_fall(_polynomials(-normal.c, normal.x))
             if np.isfinite(lands):
                 return _Slide(self._stopped(contact, onward, lands), lifts=off)
-            if lost is not None:
+            if part.lost is not None:
                 break
             begin = end
         return _Slide(off, lost=Lost.LIFTS)
@@ -414,22 +426,28 @@ class Slip:
             between = sorted((contact + onward * begin, contact + onward * end))
             kinks = onward * (surface.texture.breaks(*between) - contact)
         edges = onward * (surface.edges - contact)
-        breaks = np.unique(np.concatenate([kinks, edges, np.arange(begin, end, cell), [end]]))
-        return breaks[(breaks >= begin) & (breaks <= end)]
+        breaks = np.unique(np.concatenate([kinks, edges, [begin, end]]))
+        return _divided(breaks[(breaks >= begin) & (breaks <= end)], cell)
+
+    def _followed(self, contact: float, way: int, begin: float, end: float) -> _Part:
+        """Compute the forces along a part of a slide, as far as the rod has computed states."""
+        breaks = self._breaks(contact, way, begin, end)
+        part = self._balance(contact, way, breaks)
+        # The ends of cells are not further from the states in the cells than a cell is long.
+        if self.surface.texture is None or part.room > self._cell.longest:
+            return part
+        breaks, lost = self._computed(contact, way, breaks)
+        return self._balance(contact, way, breaks)._replace(lost=lost)
 
     def _computed(
         self, contact: float, way: int, breaks: FloatArray
     ) -> tuple[FloatArray, Lost | None]:
         """Cut a part of a slide where the rod has no computed states; say why, if it is cut."""
-        if self.surface.texture is None:
-            return breaks, None
         from scipy.optimize import brentq  # a tenth of a second to load
 
         def rooms(distance: FloatArray | float) -> FloatArray:
             place = contact + self.side * way * np.asarray(distance)
-            states, x0 = self._held(place)
-            room = x0 - states.x0_pull if way > 0 else states.x0_end - x0
-            return np.array([room, self.stage.reach(self.clamp, self.surface.height(place))])
+            return self._rooms(self._held(place), self.surface.height(place), way)
 
         left = rooms(breaks)
         out = np.flatnonzero((left[:, 1:] <= 0.0).any(axis=0))
@@ -446,21 +464,31 @@ class Slip:
         kept = breaks[: last + 1]
         return np.append(kept[kept < end], end), (Lost.BENT, Lost.DEEP)[row]
 
-    def _balance(self, contact: float, way: int, breaks: FloatArray) -> _Forces:
+    def _rooms(self, held: Held, lift: FloatArray, way: int) -> FloatArray:
+        """How far states are from the last computed x0 and from the last height (L)."""
+        states, x0 = held
+        room = x0 - states.x0_pull if way > 0 else states.x0_end - x0
+        return np.array([room, self.stage.reach(self.clamp, lift)])
+
+    def _balance(self, contact: float, way: int, breaks: FloatArray) -> _Part:
         """Compute the forces along a part of a slide."""
-        surface = self.surface
-        cell = self._cell
+        surface, cell = self.surface, self._cell
         place = breaks[:-1, None] + np.diff(breaks)[:, None] * cell.nodes
         place = contact + self.side * way * place
-        slope = 0.0 if surface.texture is None else self.side * surface.slope(place)
-        ((tangential, normal),) = self._forces(place, slope)
+        plane = surface.texture is None
+        lift = 0.0 if plane else surface.height(place)
+        held = self.stage.states(self.clamp, place, self.side, lift)
+        slope = 0.0 if plane else self.side * surface.slope(place)
+        tangential, normal = _resolved(held, slope)
         friction = self.ratio * surface(place) * normal
-        return _Forces(
+        forces = _Forces(
             *(
                 _polynomials(cell.coefficients @ one.T, breaks)
                 for one in (-way * tangential, friction, normal)
             )
         )
+        room = np.inf if plane else float(self._rooms(held, np.asarray(lift), way).min())
+        return _Part(forces=forces, room=room)
 
     def _stopped(self, contact: float, onward: int, distance: float) -> float:
         """Position of a tip that stops: in the corner where it does, or a little further on."""
@@ -471,3 +499,20 @@ class Slip:
                 return float(corners[np.argmin(np.abs(corners - place))])
         # At the edge of a patch a tip stops on the rougher side.
         return float(place + onward * 2.0 * tiny)
+
+
+def _resolved(held: Held, slope: FloatArray | float) -> ContactForces:
+    """Resolve the forces on a tip in given states of the rod, for a slope of the surface."""
+    states, x0 = held
+    fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
+    return contact_forces(fx, fy, slope)
+
+
+def _divided(breaks: FloatArray, longest: float) -> FloatArray:
+    """Divide the cells between increasing positions equally until none is too long (L)."""
+    width = np.diff(breaks)
+    counts = np.maximum(np.ceil(width / longest * (1.0 - FULL)), 1.0).astype(np.int64)
+    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.append(
+        np.repeat(breaks[:-1], counts) + within * np.repeat(width / counts, counts), breaks[-1]
+    )
