@@ -141,10 +141,10 @@ def direction(clamp: FloatArray, noise: float) -> FloatArray:
     Without noise, the direction of the last motion holds while the clamp rests; for a rest at the
     beginning, that of the first motion.
     """
-    from scipy.signal import find_peaks  # half a second to load
-
     signs = np.sign(np.diff(clamp))
     if noise:
+        from scipy.signal import find_peaks  # half a second to load
+
         peaks = [find_peaks(way * clamp, prominence=noise)[0] for way in (1.0, -1.0)]
         turns = np.concatenate([[0], np.sort(np.concatenate(peaks)), [len(signs)]])
         signs = np.repeat(np.sign(np.diff(clamp[turns])), np.diff(turns))

@@ -5,12 +5,11 @@ period it only rises, as sticking is stable. A fall by more than noise is a slip
 the peak of the load before the slip and the trough after it belong to no period.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import find_peaks
-from scipy.stats import trim_mean
 
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
@@ -152,17 +151,31 @@ def spikes(readings: FloatArray, way: FloatArray) -> BoolArray:
     return np.pad(alone.any(axis=1) & ~peak, 1)
 
 
+def _large_falls(load: Sequence[float]) -> Iterator[tuple[int, int]]:
+    """Yield the rows of the peak and of the trough of each fall above `FALL`.
+
+    A fall ends where the load has risen by `FALL` above its trough. (`scipy.signal.find_peaks`
+    finds the same peaks by their prominence, but takes half a second to load.)
+    """
+    peak = trough = 0
+    for row, value in enumerate(load):
+        falls = load[peak] - load[trough] > FALL
+        if falls and value - load[trough] >= FALL:
+            yield peak, trough
+            peak = trough = row
+        elif not falls and value >= load[peak]:
+            peak = trough = row
+        elif value < load[trough]:
+            trough = row
+    if load[peak] - load[trough] > FALL:
+        yield peak, trough
+
+
 def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
     """Find the first and the last row of each period; periods end with falls above `FALL`."""
     load = -np.cumsum(np.append(0.0, falls))
-    # A fall may begin in the first row: a lower load before that row makes it a peak.
-    peaks = find_peaks(np.append(-np.inf, load), prominence=FALL)[0] - 1
     begins, ends = [0], []
-    for peak, rest in zip(peaks.tolist(), np.split(load, peaks)[1:], strict=True):
-        # Of neighbouring peaks of the same height only the last one counts.
-        if rest[0] - rest.min() <= FALL:
-            continue
-        trough = peak + int(rest.argmin())
+    for peak, trough in _large_falls(load.tolist()):
         large = np.flatnonzero(falls[peak:trough] > STEP_FALL)
         # Noise may shift the peak by some samples, but not the large fall between two samples.
         ends.append(peak + int(large[0]) if len(large) else peak)
@@ -359,9 +372,15 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
     # The weight of each channel is its rise relative to its noise.
     changes = [-np.diff(one) * way for one in loads]
-    # If most readings are equal, as of a coarse resolution, the median is 0.
-    rises = np.maximum([np.median(one) or trim_mean(one, 0.25) for one in changes], LEAST_RISE)
+    rises = np.maximum([_usual(one) for one in changes], LEAST_RISE)
     return np.asarray(rises @ loads / np.linalg.norm(rises))
+
+
+def _usual(changes: FloatArray) -> float:
+    """Median; if most changes are 0, as of a coarse resolution, the mean of the middle half."""
+    quarter = len(changes) // 4
+    middle = np.sort(changes)[quarter : len(changes) - quarter]
+    return float(np.median(changes) or middle.mean())
 
 
 def _settled(recording: Recording, spans: Spans, early: int, late: int) -> tuple[Recording, Spans]:
