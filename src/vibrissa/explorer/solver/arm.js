@@ -25,6 +25,8 @@ const NARROW = 0.02;
 const LOOKS_AHEAD = 5;
 const ZOOMS = 3;
 const TINY = 1e-13;
+/** Rounding error of the place of an end in a step. */
+const LOCATED = 1e-9;
 /** Largest size of the last coefficients of the slope at which the nodes suffice for forces, and for a whole shape. */
 const RESOLVED = 1e-7;
 const RESOLVED_SHAPE = 1e-11;
@@ -298,6 +300,11 @@ function onAxis({ rod, surface, scale }) {
   return { offset, sc: cos / scale, value: (cos - surface.level * sin) / scale };
 }
 
+/** Whether an end was located in the step to a knot. @type {(knot: Knot | null, to: Knot) => boolean} */
+function isWithin(knot, to) {
+  return knot !== null && knot.step > -LOCATED && knot.step < to.step + LOCATED;
+}
+
 /** Whether the nodes suffice to tell whether a shape is admissible. @type {(rod: Rod, state: State) => boolean} */
 export function resolvesShape(rod, state) {
   return rod.nodes >= MOST_NODES || rod.decay(state) <= RESOLVED_SHAPE;
@@ -333,7 +340,7 @@ export function followed(branch, first, side) {
       step = Math.min(step, FIRST_STEP);
     }
     const end = ending(branch, side, last, found[0]);
-    if (end && !end.knot) {
+    if (end && !isWithin(end.knot, found[0])) {
       // The step is too long for its states to be solved.
       step = 0.4 * taken.knot.step;
       continue;

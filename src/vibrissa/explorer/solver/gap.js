@@ -12,7 +12,7 @@ const HALF_TURN = Math.PI - 0.3;
 const MORE = 0.05;
 const TAIL_PLACES = 16;
 /** Distance (L) along the rod, from a point that is nearly the nearest, in which the nearest point is sought. */
-const AROUND = 3 / PARTS;
+const WITHIN = 3 / PARTS;
 /** Accuracy of places on the rod (L), at which distances are stationary. */
 const PLACED = 1e-10;
 
@@ -91,7 +91,7 @@ function facingFrom(shapeAt, s, around) {
     const { x, y, phi } = shapeAt(place);
     return Math.cos(phi[0]) * (point.x[0] - x[0]) + Math.sin(phi[0]) * (point.y[0] - y[0]);
   };
-  const [low, high] = [Math.max(0, around - AROUND), Math.min(s, around + AROUND)];
+  const [low, high] = [Math.max(0, around - WITHIN), Math.min(s, around + WITHIN)];
   const [first, last] = [ahead(low), ahead(high)];
   if (!(first > 0 && last < 0)) return null;
   const foot = bracketedRoot(ahead, low, high, first, last, PLACED);
