@@ -7,6 +7,7 @@ state at α = 0 and for the onset of slip. The check fails if the onset x0, a lo
 the contact differs by more than 1e-9.
 """
 
+import math
 import sys
 from argparse import ArgumentParser
 from dataclasses import dataclass
@@ -26,6 +27,14 @@ MU0, CLOSE, ASTRAY = 0.2, 1e-12, 1e-3
 DEGREE, SOFTEST, STIFFEST = 3, 0.3, 4.0
 
 
+def horner(coefficients, s):
+    """Evaluate a polynomial; for single numbers this is faster than NumPy."""
+    value = 0.0
+    for coefficient in reversed(coefficients):
+        value = value * s + coefficient
+    return value
+
+
 @dataclass(frozen=True)
 class Factor:
     """Bending stiffness over that of a solid cone of one material, as a function of s."""
@@ -43,8 +52,7 @@ class Factor:
     def __call__(self, s):
         """Evaluate the factor."""
         d = 1 - (1 - 1 / self.theta) * s
-        young = np.polynomial.Polynomial([1.0, *self.powers])(s)
-        return young * (d**4 - self.bore**4) / (1 - self.bore**4) / d**4
+        return horner((1.0, *self.powers), s) * (d**4 - self.bore**4) / (1 - self.bore**4) / d**4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,17 +106,18 @@ def shoot(one, ratio, line, guess, x1_init=None):
     elsewhere.
     """
     mounting, factor = one.mounting, Factor.of(one.theta, one.mounting)
-    natural = np.polynomial.Polynomial(np.atleast_1d(mounting.curvature))
+    natural = mounting.curvature if isinstance(mounting.curvature, tuple) else (mounting.curvature,)
 
     def integrated(unknown):
         fy, contact = unknown
         s_c, phi1 = (contact, 0.0) if line else (1.0, contact)
 
         def change(s, state):
-            phi, m = state[2:]
+            _, _, phi, m = state.tolist()
+            cos, sin = math.cos(phi), math.sin(phi)
             d = 1 - (1 - 1 / one.theta) * s
-            bend = m / (d**4 * factor(s)) + natural(s)
-            return [np.cos(phi), np.sin(phi), bend, fy * (ratio * np.sin(phi) - np.cos(phi))]
+            bend = m / (d**4 * factor(s)) + horner(natural, s)
+            return [cos, sin, bend, fy * (ratio * sin - cos)]
 
         # The contact point is the origin.
         x, y, phi, m = solve_ivp(
@@ -180,10 +189,10 @@ def main():
         else:
             skipped[found.status] = skipped.get(found.status, 0) + 1
         number += 1
-    rows = [
-        [*kind, len(found), sum(one.lying for one in found), f"{max(o.gap for o in found):.1e}"]
-        for kind, found in sorted(kinds.items())
-    ]
+    rows = []
+    for kind, found in sorted(kinds.items()):
+        counts = len(found), sum(one.lying for one in found)
+        rows.append([*kind, *map(str, counts), f"{max(one.gap for one in found):.1e}"])
     head = ["contact", "mounting", "rods", "states that lie on the surface", "largest difference"]
     left = ", ".join(f"{status}: {count}" for status, count in skipped.items()) or "none"
     text = markdown_table(head, rows) + f"\n\nRods without an onset, left out: {left}.\n"

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 from vibrissa.errors import StudyError
 from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.outcomes import Contact, Solver
-from vibrissa.study.axes import Theta
+from vibrissa.study.axes import MOUNTING_AXES, Theta
 from vibrissa.study.chunks import points_of
 from vibrissa.study.model import Study
 from vibrissa.study.reading import read_study
@@ -87,7 +87,7 @@ def test_the_study_is_what_is_written(read):
         "mu0": (0.1, 0.2, 0.3, 0.4),
         "eta": (0.85,),
         "dx0": (0.001,),
-        **dict.fromkeys(("clamp_angle", "clamp_compliance", "curvature", "stage_angle"), (0.0,)),
+        **dict.fromkeys(MOUNTING_AXES, (0.0,)),
     }
     assert study.scans["runs"].cycles == 9 and len(points_of(study.scans["runs"].axes)) == 4
     state = {"theta": 1.5, "eta": 0.55, "x1": 0.15, "contact": "line"}

@@ -144,7 +144,11 @@ def test_a_mistake_in_the_file_has_its_row_and_column(read, name):
         ("mine.csv", "my.yaml", "my.yaml: the name must end in .csv or .parquet"),
         ("mine.csv}", "mine.csv, dx0: 1}", "mine.csv has the column 'dx0', which is also a key of"),
         ("mine.csv}", "mine.csv, eta: [0.8, 0.9]}", "scattered.eta: [0.8, 0.9] is not allowed: in"),
-        ("mine.csv}", "mine.csv, etta: 1}", "'etta' is not a valid key; allowed: clamp_angle, "),
+        (
+            "mine.csv}",
+            "mine.csv, etta: 1}",
+            "'etta' is not a valid key; allowed: bore, clamp_angle, ",
+        ),
         ("study: mine", "study: mine\nmax_points: 5", "the study has 6 points, counting each"),
         (
             STUDY[-1],
