@@ -147,7 +147,7 @@ def test_a_mistake_in_the_file_has_its_row_and_column(read, name):
         (
             "mine.csv}",
             "mine.csv, etta: 1}",
-            "'etta' is not a valid key; allowed: bore, clamp_angle, ",
+            "'etta' is not a valid key; allowed: bore, clamp",
         ),
         ("study: mine", "study: mine\nmax_points: 5", "the study has 6 points, counting each"),
         (

@@ -31,7 +31,7 @@ class Bending(Batch):
     stress : ndarray, shape (n,)
         Largest stress E(s)·|φ' − κ0|·d/2 at the rod's surface (E(0)·d0/L).
     place : ndarray, shape (n,)
-        Arc length at which the stress is largest (L), accurate to 0.005 L.
+        Arc length at which the strain is largest (L), accurate to 0.005 L.
     turn : ndarray, shape (n,)
         Angle π/2 − φ1 between the normal of the surface and the rod at its contact point (rad).
     """
@@ -99,7 +99,7 @@ def measure(
         curvature=_peak(curvature),
         strain=_peak(strain),
         stress=_peak(stress),
-        place=np.take_along_axis(s, stress.argmax(axis=0)[None], axis=0)[0],
+        place=np.take_along_axis(s, strain.argmax(axis=0)[None], axis=0)[0],
         turn=CLAMP_SLOPE - phi[-1],
     )
 

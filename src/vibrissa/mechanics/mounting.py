@@ -13,9 +13,9 @@ a bore (`vibrissa.mechanics.taper.stiffness_factor`).
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -106,6 +106,14 @@ class Mounting:
     def making(self) -> Making:
         """Bore, and coefficients of the modulus along the rod."""
         return Making(bore=self.bore, powers=_tupled(self.stiffening))
+
+    def shifted(self, **steps: float) -> Self:
+        """Add to some values; of a polynomial, to its first coefficient."""
+        shifted: dict[str, Any] = {}
+        for name, step in steps.items():
+            first, *others = np.atleast_1d(getattr(self, name)).tolist()
+            shifted[name] = (first + step, *others) if others else first + step
+        return replace(self, **shifted)
 
     @property
     def is_solid(self) -> bool:

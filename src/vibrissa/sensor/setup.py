@@ -134,7 +134,7 @@ class Setup(Keyed):
     def stated(self) -> dict[str, Any]:
         """Keys and values that were given, in the notation of a set-up file."""
         return {
-            name: value.written if isinstance(value, Measured) else value
+            name: _written(name, value) if isinstance(value, Measured) else value
             for name, value in self
             if name in self.model_fields_set
         }
@@ -168,7 +168,8 @@ class Setup(Keyed):
                 f"a rod needs modulus, diameter and length; missing: {', '.join(missing)}"
             )
         bore = float(Kind.NUMBER.read(str(self.bore.value), "bore"))
-        return Rod(*(size for size in sizes.values() if size is not None), bore=bore)
+        solid = Rod(*(size for size in sizes.values() if size is not None))
+        return replace(solid, bore=bore)
 
     @property
     def has_whisker(self) -> bool:
@@ -223,7 +224,7 @@ class Setup(Keyed):
 def _stiffening(value: Any) -> Measured:
     """Read the coefficients of the modulus: the first one may have a tolerance."""
     texts = value if isinstance(value, list) else str(value).split(",")
-    first, *others = (Measured.read(one) for one in texts or [""])
+    first, *others = (Measured.read(str(one).strip()) for one in texts or [""])
     for one in (first, *others):
         one.check(Kind.NUMBER, STIFFENING)
     if any(one.tolerance for one in others):
@@ -232,6 +233,14 @@ def _stiffening(value: Any) -> Measured:
     read = Measured(values if others else first.value, first.tolerance)
     Mounting(stiffening=_powers(read))
     return read
+
+
+def _written(name: str, measured: Measured) -> Quantity:
+    """Write a quantity and its tolerance, which is that of the first coefficient of the modulus."""
+    first, comma, others = str(measured.value).partition(",")
+    if name != STIFFENING or not comma:
+        return measured.written
+    return f"{Measured(first, measured.tolerance).written},{others}"
 
 
 def _powers(stiffening: Measured) -> tuple[float, ...]:
