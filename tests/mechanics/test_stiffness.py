@@ -10,7 +10,7 @@ from vibrissa import Mounting, solve_curve, solve_onset, solve_state
 from vibrissa.errors import ArgumentError
 from vibrissa.limits import check_stiffening
 from vibrissa.mechanics import taper
-from vibrissa.mechanics.fitting import fitted_powers
+from vibrissa.mechanics.fitting import fitted_stiffness
 from vibrissa.mechanics.rod import Rod
 
 
@@ -91,7 +91,7 @@ def test_a_modulus_that_makes_up_for_the_taper_gives_the_loads_of_a_cylinder():
     shape = solve_state(1.0, 0.8, 0.4).shape(s)
     errors, gaps = [], []
     for degree in (2, 4, 6):
-        powers = fitted_powers(s, 1.0 / taper.diameter(s, theta) ** 4, degree)
+        _, powers = fitted_stiffness(s, 1.0 / taper.diameter(s, theta) ** 4, degree)
         mounting = Mounting(stiffening=powers)
         errors.append(np.abs(taper.stiffness(s, theta, mounting.making) - 1.0).max())
         cone = solve_curve(theta, 0.8, contact="line", mounting=mounting)

@@ -1,26 +1,27 @@
-"""Fit of a rod of the model to measured diameters and moduli."""
+"""Fit of the stiffness along a rod."""
 
 import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
 
 
-def fitted_powers(s: FloatArray, factor: FloatArray, degree: int) -> tuple[float, ...]:
-    """Fit the factor of the bending stiffness along a rod by 1 + c1·s + c2·s² + ….
+def fitted_stiffness(
+    s: FloatArray, stiffness: FloatArray, degree: int
+) -> tuple[float, tuple[float, ...]]:
+    """Fit a stiffness along a rod by e0·(1 + c1·s + c2·s² + …).
 
     Parameters
     ----------
-    s, factor : ndarray, shape (n,)
-        Arc lengths (L), and the positive factor e there; it is 1 at s = 0.
+    s, stiffness : ndarray, shape (n,)
+        Arc lengths (L), and the positive stiffness there, over that of a cone of one material.
     degree : int
-        Number of coefficients, at most n.
+        Number of coefficients c1, c2, …, less than n.
 
     Returns
     -------
-    tuple of float
-        The coefficients c1, c2, … for which the squares of the relative errors are least.
+    float, tuple of float
+        e0 and the coefficients for which the squares of the relative errors are least.
     """
-    powers = np.arange(1, degree + 1)
-    matrix = s[:, None] ** powers / factor[:, None]
-    found, *_ = np.linalg.lstsq(matrix, 1.0 - 1.0 / factor, rcond=None)
-    return tuple(found.tolist())
+    matrix = s[:, None] ** np.arange(degree + 1) / stiffness[:, None]
+    found, *_ = np.linalg.lstsq(matrix, np.ones(len(s)), rcond=None)
+    return float(found[0]), tuple((found[1:] / found[0]).tolist())
