@@ -72,7 +72,7 @@ def columns():
     """Buckling loads of columns of variable stiffness: coefficients of B, and the load (E·I0/L²).
 
     The moment obeys B·m'' + f·m = 0 with m'(0) = 0 and m(1) = 0: A. N. Dinnik, Trans. ASME 51
-    (1929); S. P. Timoshenko, J. M. Gere, Theory of Elastic Stability, 2nd ed. 1963, §2.14. With z
+    (1929); S. P. Timoshenko, J. M. Gere, Theory of Elastic Stability, 2nd ed. 1963, p. 126. With z
     = 1 − k·s the solutions are √z times Bessel functions of order 1 for B = z, and √z times sine
     and cosine of a logarithm for B = z².
     """
@@ -100,7 +100,7 @@ def columns():
         yield (-2 * k, k**2), square(k)
 
 
-@pytest.mark.parametrize(("powers", "condition"), columns())
+@pytest.mark.parametrize(("powers", "condition"), list(columns()))
 def test_columns_of_variable_stiffness_buckle_at_their_published_loads(powers, condition):
     loads = np.linspace(0.02, 12.0, 1200)
     values = [condition(f) for f in loads]
