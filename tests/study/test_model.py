@@ -415,3 +415,20 @@ def test_the_largest_taper_of_a_study_is_that_of_the_solver():
     assert taper.validate_python(MOST_TAPER) == MOST_TAPER
     with pytest.raises(ValidationError, match="less than or equal to 50"):
         taper.validate_python(math.nextafter(MOST_TAPER, math.inf))
+
+
+@pytest.mark.parametrize(
+    ("axis", "said"),
+    [
+        ("stiffening: [0.1, -1]", "1 + c1*s + c2*s^2 + ... is 0 at s = 1 L, got -1"),
+        ("stiffening: [[-4, 3.5]]", "is -0.1429 at s = 0.5714 L, got -4, 3.5"),
+        ("bore: [0.2, 0.6]", "below the diameter of the tip, 1/theta = 0.5 d0, got 0.6"),
+        ("bore: [1]", "bore"),
+    ],
+)
+@pytest.mark.parametrize("section", ["grids", "scans"])
+def test_a_rod_that_cannot_be_made_is_refused_before_any_work(read, axis, said, section):
+    more = ", cycles: 1" if section == "scans" else ""
+    text = SMALLEST.replace("grids", section).replace("[1]", "[1, 2]")
+    (found,) = mistakes(read, text.replace("[0.001]", f"[0.001], {axis}{more}"))
+    assert said in found

@@ -61,6 +61,15 @@ def test_an_axis_that_is_the_same_for_all_points_may_be_a_key(read):
     assert found["curvature"] == [(0.1, -0.3), 0.1]
 
 
+def test_a_row_may_have_a_stiffening_and_a_bore(read):
+    file = "theta, mu0, stiffening, bore\n1, 0.3, 0.1 -0.3, 0.9\n2, 0.4, 0.2, 0.4\n"
+    study = STUDY.replace("{points: mine.csv}", "{points: mine.csv, eta: 0.85, dx0: 1e-3}")
+    found = columns(read(study, file))
+    assert found["stiffening"] == [(0.1, -0.3), 0.2] and found["bore"] == [0.9, 0.4]
+    with pytest.raises(StudyError, match=r"mine.csv:3: bore: .* 1/theta = 0\.5 d0, got 0\.5"):
+        read(study, file.replace("0.2, 0.4", "0.2, 0.5"))
+
+
 def test_a_parquet_file_has_the_same_points(read):
     frame = pd.DataFrame(columns(read())).drop(columns=list(MOUNTING_AXES))
     other = read(STUDY.replace("mine.csv", "mine.parquet"), frame, "mine.parquet")
