@@ -87,12 +87,11 @@ class RodStates(Batch):
 
         Coefficients that are zero for all rods are left out.
         """
+        if not self.rods[:, BORE : POWERS.stop].any():
+            return None
         powers = self.rods[:, POWERS]
         count = int(np.append(0, np.flatnonzero(powers.any(axis=0)) + 1)[-1])
-        bore = self.rods[:, BORE, None]
-        if not count and not bore.any():
-            return None
-        return Making(bore=bore, powers=tuple(powers.T[:count, :, None]))
+        return Making(bore=self.rods[:, BORE, None], powers=tuple(powers.T[:count, :, None]))
 
     @property
     def phi(self) -> FloatArray:
