@@ -7,6 +7,7 @@ import pandas as pd
 
 from vibrissa.figures import style
 from vibrissa.figures.draw import KINDS
+from vibrissa.study.axes import MOUNTING_AXES
 
 THETA = np.linspace(1.0, 3.0, 9)
 
@@ -79,7 +80,7 @@ def in_mountings(rows, ideal):
     """Made-up results that follow the inclination of the clamp; all else is ideal."""
     forces = {f"reaction_{name}_slip": rows.theta * rows.clamp_angle for name in ("fx", "fy", "m")}
     lock = rows.mu_lock - rows.clamp_angle * (1.0 - ideal * rows.theta)
-    others = dict.fromkeys(("clamp_compliance", "curvature", "stage_angle"), 0.0)
+    others = dict.fromkeys(set(MOUNTING_AXES) - {"clamp_angle"}, 0.0)
     return rows.assign(**forces, **others).assign(mu_lock=lock)
 
 

@@ -57,6 +57,7 @@ TASKS = {
     # The rod
     "published": Task(module("validation.published"), "compare 290 published numbers", "30 s"),
     "survey": Task(module("validation.survey"), "solve 100,000 random points", "10 min"),
+    "stiffness": Task(module("validation.stiffness"), "compare rods of any stiffness", "1 min"),
     "march": Task(module("validation.march_agreement"), "compare rods with a march", "15 min"),
     "chains": Task(module("validation.chains"), "compare chains of links with rods", "2 min"),
     "trailing": Task(module("validation.trailing"), "solve retracted rods by shooting", "5 min"),

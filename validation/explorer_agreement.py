@@ -11,6 +11,7 @@ the other does not find.
 import argparse
 import json
 import sys
+from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -29,6 +30,8 @@ TOLERATED = 1e-10
 CHUNK = 50
 THETA, ETA, MU0 = (1.0, 8.0), (0.4, 0.97), (0.02, 1.0)
 # Ranges of β, c, κ0 at the clamp and at the tip, and δ.
+# Bounds of the stiffening, and of the bore over the diameter of the tip; no bore below 0.
+STIFFENED = ((-0.7, 3.0), (-0.8, 0.8))
 DEVIATIONS = ((-0.2, 0.2), (0.0, 0.3), (-0.4, 0.3), (-0.4, 0.4), (-0.1, 0.1))
 QUANTITIES = ("x0_slip", "f", "alpha", "phi1", "s_c", "reaction_m", "mu_lock", "x0_end", "ends_by")
 # Ends of paths in the page's program; `ends_by` is the place in this list.
@@ -74,6 +77,7 @@ class Point(NamedTuple):
             "compliance": self.mounting.clamp_compliance,
             "curvature": self.mounting.coefficients,
             "stage": self.mounting.stage_angle,
+            "making": self.mounting.making._asdict(),
         }
         return self._asdict() | {"mounting": mounting}
 
@@ -84,9 +88,13 @@ def points(
     contact: Contact,
     *,
     mounted: bool = False,
+    stiffened: bool = False,
     section: RodSection = RodSection.ROUND,
 ) -> list[Point]:
-    """Draw random points in one kind of contact; if `mounted`, with random mountings."""
+    """Draw random points in one kind of contact; if `mounted`, with random mountings.
+
+    If `stiffened`, the modulus changes along the rods, and half of them have a bore.
+    """
     random = np.random.default_rng(seed)
     values = np.column_stack([random.uniform(*span, count) for span in (THETA, ETA, MU0)])
     deviations = np.column_stack([random.uniform(*span, count) for span in DEVIATIONS])
@@ -99,10 +107,15 @@ def points(
         )
         for angle, compliance, bend, at_tip, stage in deviations.tolist()
     ]
+    mountings = mountings if mounted else [IDEAL] * count
+    if stiffened:
+        made = random.uniform(*zip(*STIFFENED, strict=True), (count, 2)).tolist()
+        mountings = [
+            replace(one, stiffening=stiffening, bore=max(0.0, wall) / theta)
+            for one, (stiffening, wall), (theta, *_) in zip(mountings, made, values, strict=True)
+        ]
     drawn = zip(values.tolist(), mountings, strict=True)
-    return [
-        Point(*value, contact, mounting if mounted else IDEAL, section) for value, mounting in drawn
-    ]
+    return [Point(*value, contact, mounting, section) for value, mounting in drawn]
 
 
 def in_python(wanted: list[Point]) -> list[dict[str, float]]:

@@ -5,6 +5,7 @@ the clamp from the middle of the first link. Masses are at the ends of the links
 links are the unknowns.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,7 +27,8 @@ class PlaneChain:
 
     With `flat`, the rest of the rod lies on the surface, and a spring joins the last link to it.
     The clamp leans by `clamp_angle` (rad) and turns by `compliance` per moment; `curvature` has the
-    coefficients of 1, s, s², … in the natural curvature.
+    coefficients of 1, s, s², … in the natural curvature. `factor` and `heaviness` map arc lengths
+    to the bending stiffness and the mass per length over those of a solid cone of one material.
     """
 
     theta: float
@@ -36,6 +38,8 @@ class PlaneChain:
     clamp_angle: float = 0.0
     compliance: float = 0.0
     curvature: tuple = (0.0,)
+    factor: Callable = np.ones_like
+    heaviness: Callable = np.ones_like
     h: float = field(init=False)
     springs: np.ndarray = field(init=False)
     unloaded: np.ndarray = field(init=False)
@@ -48,12 +52,12 @@ class PlaneChain:
         # first and the last one, of half a link.
         middle = np.concatenate([[0.0], h * (np.arange(self.count) + 0.5), [self.s_c]])
         lengths, centre = np.diff(middle), 0.5 * (middle[1:] + middle[:-1])
-        springs = diameter(centre, self.theta) ** 4 / lengths
+        springs = diameter(centre, self.theta) ** 4 * self.factor(centre) / lengths
         springs[0] = 1 / (1 / springs[0] + self.compliance)
         springs[-1] *= self.flat
         turn = np.polynomial.Polynomial(self.curvature).integ()
         unloaded = np.diff(turn(middle))
-        masses = lengths * diameter(centre, self.theta) ** 2
+        masses = lengths * diameter(centre, self.theta) ** 2 * self.heaviness(centre)
         for name, value in {
             "h": h,
             "springs": springs,
@@ -113,10 +117,10 @@ class PlaneChain:
         """
         by_angles, mass = self.end_by_angles(phi), self.mass(phi)
         if slides:
-            # The mass of a truncated cone is a third of the difference of cubes over the slope.
-            tip, taper = 1 / self.theta, 1 - 1 / self.theta
-            d = diameter(self.s_c, self.theta)
-            flat = (d**3 - tip**3) / (3 * taper) if taper else 1 - self.s_c
+            # Simpson's rule is exact for the mass per length, a polynomial of degree two.
+            s = np.linspace(self.s_c, 1.0, 3)
+            per_length = diameter(s, self.theta) ** 2 * self.heaviness(s)
+            flat = (1 - self.s_c) * (per_length @ [1 / 6, 4 / 6, 1 / 6])
             mass = mass + flat * np.outer(by_angles[0], by_angles[0])
         free = null_space(by_angles[1:] if slides else by_angles)
         stiff, mass = (free.T @ one @ free for one in (self.stiffness(phi, load), mass))

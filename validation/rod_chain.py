@@ -46,17 +46,27 @@ class Chain:
     With `tail`, further links follow up to s = 1. The first of these, whose middle is the contact
     point, lies in the plane of the surface, in any direction; the others are free. The clamp leans
     by `clamp_angle` (rad) and turns by `compliance` per moment; `curvature` has the coefficients of
-    1, s, s², … in the natural curvature.
+    1, s, s², … in the natural curvature. `factor` maps arc lengths to the stiffness over that of a
+    solid cone of one material.
     """
 
     def __init__(
-        self, theta, count, s_c=1.0, *, tail=False, clamp_angle=0.0, compliance=0.0, curvature=(0,)
+        self,
+        theta,
+        count,
+        s_c=1.0,
+        *,
+        tail=False,
+        clamp_angle=0.0,
+        compliance=0.0,
+        curvature=(0,),
+        factor=np.ones_like,
     ):
         self.h = s_c / count
         # The joints lie at s: the first link has half a length, the last one the remaining length.
         joints = count + round((1 - s_c) / self.h) * tail
         s = self.h * (np.arange(joints) + 0.5)
-        bend = (1 - (1 - 1 / theta) * s) ** 4 / self.h
+        bend = (1 - (1 - 1 / theta) * s) ** 4 * factor(s) / self.h
         # The tangent is the third axis of a link.
         self.stiffness = np.stack([bend, bend, bend / (1 + POISSON_RATIO)], axis=1)
         self.lengths = self.h * np.ones(joints + 1)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from validation.plane_chain import chain_state
+from validation.plane_chain import chain_state, diameter
 from validation.records import write_record
+from validation.stiffness import Factor
 from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.wording import markdown_table
@@ -37,6 +38,9 @@ class Bent:
 
 LEANING = Mounting(clamp_angle=0.1, clamp_compliance=0.3)
 CURVED = Mounting(clamp_angle=-0.05, curvature=(-0.4, 0.3))
+# The modulus changes along the rod, which has a bore.
+TUBE = Mounting(stiffening=(0.8, -0.5), bore=0.3)
+NAMES = {IDEAL: "ideal", TUBE: "a tube of changing modulus"}
 BENT = (
     Bent(theta=1.0, eta=0.85, part=0.1),
     Bent(theta=1.0, eta=0.6, part=0.8),
@@ -48,6 +52,8 @@ BENT = (
     Bent(theta=4.0, eta=0.6, part=0.4, contact="line"),
     Bent(theta=3.0, eta=0.7, part=0.2, contact="line"),
     Bent(theta=4.0, eta=0.6, part=0.1, contact="line", slides=True),
+    Bent(theta=2.0, eta=0.8, part=0.3, mounting=TUBE),
+    Bent(theta=3.0, eta=0.6, part=0.3, contact="line", slides=True, mounting=TUBE),
 )
 
 
@@ -81,6 +87,12 @@ class Compared:
         return ((4 * self.chains[-1] - self.chains[-2]) / 3) / self.rod - 1
 
 
+def heaviness(s, theta, bore):
+    """Mass per length of a tube over that of a solid cone."""
+    d = diameter(s, theta)
+    return (d**2 - bore**2) / (1 - bore**2) / d**2
+
+
 def compare(bent, counts=COUNTS):
     """Compute the frequencies of a rod and of chains."""
     curve = solve_curve(bent.theta, bent.eta, contact=bent.contact, mounting=bent.mounting)
@@ -97,6 +109,8 @@ def compare(bent, counts=COUNTS):
         "clamp_angle": bent.mounting.clamp_angle,
         "compliance": bent.mounting.clamp_compliance,
         "curvature": bent.mounting.coefficients,
+        "factor": Factor.of(bent.theta, bent.mounting),
+        "heaviness": lambda s: heaviness(s, bent.theta, bent.mounting.bore),
     }
     chains = []
     for count in counts:
@@ -114,7 +128,7 @@ def main():
         [
             *(f"{value:g}" for value in (bent.theta, bent.eta, bent.part)),
             f"{bent.contact}, {'slides' if bent.slides else 'sticks'}",
-            "ideal" if bent.mounting is IDEAL else "leans, yields or is curved",
+            NAMES.get(bent.mounting, "leans, yields or is curved"),
             *(f"{value:.6f}" for value in one.rod),
             *(f"{value:+.1e}" for value in (*one.finest, *one.extrapolated)),
             f"{one.order:.3f}",

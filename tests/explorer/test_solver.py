@@ -42,6 +42,21 @@ def test_both_solvers_agree(page, contact, mounted):
     assert max(max(row.values(), default=0.0) for row in rows) < agreement.TOLERATED
 
 
+@pytest.mark.parametrize(("contact", "mounted"), [("point", True), ("line", False)])
+def test_both_solvers_agree_on_rods_of_any_stiffness(page, contact, mounted):
+    points = agreement.points(10, 5, Contact(contact), mounted=mounted, stiffened=True)
+    rows = agreement.compared(points, page)
+    assert any("x0_slip" in row for row in rows) and any("x0_end" in row for row in rows)
+    assert max(max(row.values(), default=0.0) for row in rows) < agreement.TOLERATED
+
+
+def test_a_bore_as_wide_as_the_tip_is_told(page):
+    making = {"powers": [0], "bore": 0.5}
+    mounting = {"angle": 0, "compliance": 0, "curvature": [0], "stage": 0, "making": making}
+    said = solved(page, "path ? '' : message", theta=2, eta=0.8, mounting=mounting)
+    assert "wider than the tip" in said
+
+
 @pytest.mark.parametrize(("theta", "eta"), [(5.2071883, 0.5663943), (3.7000854, 0.6262328)])
 def test_the_lock_is_a_landmark_even_where_a_state_beside_it_looks_steeper(page, theta, eta):
     found = solved(page, "path.muLock", theta=theta, eta=eta, contact="line")

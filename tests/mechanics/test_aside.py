@@ -6,6 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from validation import stiffness
 from validation.rod_chain import Chain
 from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.mechanics import aside
@@ -140,6 +141,7 @@ def test_a_chain_in_space_stays_in_its_plane_until_there_and_then_swings_round(t
             Mounting(clamp_angle=-0.1, clamp_compliance=0.3, curvature=0.4),
         ),
         (3.0, 0.8, 0.1, "line", Mounting(curvature=-0.3)),
+        (2.0, 0.7, 0.2, "point", Mounting(clamp_angle=0.05, stiffening=(1.0, 2.0), bore=0.4)),
     ],
 )
 def test_the_margin_is_that_of_a_chain_in_space(theta, eta, offset, contact, mounting):
@@ -156,6 +158,7 @@ def test_the_margin_is_that_of_a_chain_in_space(theta, eta, offset, contact, mou
             clamp_angle=mounting.clamp_angle,
             compliance=mounting.clamp_compliance,
             curvature=mounting.coefficients,
+            factor=stiffness.Factor.of(theta, mounting),
         )
         start = chain.planar(lambda s: state.shape(s)[2])
         margins.append(chain.margin_aside(*chain.minimum(target, start)))

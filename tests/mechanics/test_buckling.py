@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
+from scipy.special import jv, yv
 
 import reference
 from rod_states import first_states
+from vibrissa import Mounting
 from vibrissa.mechanics.buckling import buckling_load, buckling_mode
 from vibrissa.mechanics.equations import bending_moment, ends
 from vibrissa.mechanics.taper import arc_density, densities
@@ -63,3 +66,48 @@ def test_initial_state_is_in_the_first_mode_and_bent_forward(theta, eta):
 def test_deep_states_far_from_buckling_are_reached():
     states = first_states(np.array([20.0, 1.0]), np.array([0.3, 0.05]), 108)
     assert ends(states).height == pytest.approx([0.3, 0.05], abs=1e-10)
+
+
+def columns():
+    """Buckling loads of columns of variable stiffness: coefficients of B, and the load (E·I0/L²).
+
+    The moment obeys B·m'' + f·m = 0 with m'(0) = 0 and m(1) = 0: A. N. Dinnik, Trans. ASME 51
+    (1929); S. P. Timoshenko, J. M. Gere, Theory of Elastic Stability, 2nd ed. 1963, p. 126. With z
+    = 1 − k·s the solutions are √z times Bessel functions of order 1 for B = z, and √z times sine
+    and cosine of a logarithm for B = z².
+    """
+
+    def linear(k):
+        def condition(f):
+            a, b = 2 * np.sqrt(f) / k * np.sqrt([1.0, 1.0 - k])
+            # The derivative of √z·C1(2√(f·z)/k) is proportional to C0.
+            return jv(0, a) * yv(1, b) - yv(0, a) * jv(1, b)
+
+        return condition
+
+    def square(k):
+        def condition(f):
+            # The exponents 1/2 ± i·β are real for small loads.
+            beta = np.emath.sqrt(f / k**2 - 0.25)
+            angle = beta * np.log(1.0 / (1.0 - k))
+            return (0.5 * np.sinc(angle / np.pi) * angle / beta + np.cos(angle)).real
+
+        return condition
+
+    for k in (0.5, 0.9, -1.0):
+        if k > 0.0:
+            yield (-k,), linear(k)
+        yield (-2 * k, k**2), square(k)
+
+
+@pytest.mark.parametrize(("powers", "condition"), list(columns()))
+def test_columns_of_variable_stiffness_buckle_at_their_published_loads(powers, condition):
+    loads = np.linspace(0.02, 12.0, 1200)
+    values = [condition(f) for f in loads]
+    first = np.flatnonzero(np.diff(np.sign(values)))[0]
+    load = brentq(condition, loads[first], loads[first + 1], xtol=1e-12)
+    heights = np.array([0.9998, 0.9999])
+    mountings = [Mounting(stiffening=powers)] * 2
+    far, near = -first_states(np.ones(2), heights, 64, mountings=mountings).fy
+    # The force grows linearly with 1 − η.
+    assert 2 * near - far == pytest.approx(load, rel=2e-7)

@@ -46,10 +46,11 @@ def sticking(theta, eta, travel, nodes=40):
 
 pairs = st.tuples(st.floats(1.0, 4.0), st.floats(0.7, 0.95), st.floats(0.01, 0.4))
 YIELDING = Mounting(clamp_angle=0.1, clamp_compliance=0.4, curvature=(0.5, -0.7, 0.3))
+TUBE = Mounting(clamp_compliance=0.2, stiffening=(0.8, -1.1, 0.4), bore=0.35)
 
 
 @pytest.mark.parametrize("s_c", [1.0, 0.9])
-@pytest.mark.parametrize("mountings", [None, [YIELDING]])
+@pytest.mark.parametrize("mountings", [None, [YIELDING], [TUBE]])
 def test_jacobian_is_the_derivative_of_the_residuals(s_c, mountings):
     rng = np.random.default_rng(1)
     nodes, h = 6, 1e-6

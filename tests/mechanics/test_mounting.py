@@ -7,7 +7,7 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from vibrissa import Mounting
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.mounting import rod_columns, tail
+from vibrissa.mechanics.mounting import CURVATURE, rod_columns, tail
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.api import solve_state
 from vibrissa.sticking.solving.collocation import solve_curves
@@ -46,7 +46,7 @@ def test_a_list_or_an_array_of_coefficients_is_as_good_as_a_tuple():
 def test_natural_shapes_are_circles_and_clothoids():
     rods = rod_columns(np.ones(2), [Mounting(curvature=-2.0), Mounting(curvature=(0.0, 3.0))])
     start, stop = np.full((2, 1), 0.2), np.full((2, 1), 0.9)
-    along, up, turn = tail(rods[:, 3:], start, stop)
+    along, up, turn = tail(rods[:, CURVATURE], start, stop)
     assert turn[:, 0] == pytest.approx([-1.4, 1.5 * (0.81 - 0.04)], abs=1e-14)
     # Circle of radius 1/2 that bends to the right
     assert along[0, 0] == pytest.approx(np.sin(1.4) / 2, abs=1e-14)

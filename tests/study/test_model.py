@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 from vibrissa.errors import StudyError
 from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.outcomes import Contact, Solver
-from vibrissa.study.axes import Theta
+from vibrissa.study.axes import MOUNTING_AXES, Theta
 from vibrissa.study.chunks import points_of
 from vibrissa.study.model import Study
 from vibrissa.study.reading import read_study
@@ -87,7 +87,7 @@ def test_the_study_is_what_is_written(read):
         "mu0": (0.1, 0.2, 0.3, 0.4),
         "eta": (0.85,),
         "dx0": (0.001,),
-        **dict.fromkeys(("clamp_angle", "clamp_compliance", "curvature", "stage_angle"), (0.0,)),
+        **dict.fromkeys(MOUNTING_AXES, (0.0,)),
     }
     assert study.scans["runs"].cycles == 9 and len(points_of(study.scans["runs"].axes)) == 4
     state = {"theta": 1.5, "eta": 0.55, "x1": 0.15, "contact": "line"}
@@ -415,3 +415,20 @@ def test_the_largest_taper_of_a_study_is_that_of_the_solver():
     assert taper.validate_python(MOST_TAPER) == MOST_TAPER
     with pytest.raises(ValidationError, match="less than or equal to 50"):
         taper.validate_python(math.nextafter(MOST_TAPER, math.inf))
+
+
+@pytest.mark.parametrize(
+    ("axis", "said"),
+    [
+        ("stiffening: [0.1, -1]", "1 + c1*s + c2*s^2 + ... is 0 at s = 1 L, got -1"),
+        ("stiffening: [[-4, 3.5]]", "is -0.1429 at s = 0.5714 L, got -4, 3.5"),
+        ("bore: [0.2, 0.6]", "below the diameter of the tip, 1/theta = 0.5 d0, got 0.6"),
+        ("bore: [1]", "bore"),
+    ],
+)
+@pytest.mark.parametrize("section", ["grids", "scans"])
+def test_a_rod_that_cannot_be_made_is_refused_before_any_work(read, axis, said, section):
+    more = ", cycles: 1" if section == "scans" else ""
+    text = SMALLEST.replace("grids", section).replace("[1]", "[1, 2]")
+    (found,) = mistakes(read, text.replace("[0.001]", f"[0.001], {axis}{more}"))
+    assert said in found

@@ -61,6 +61,15 @@ def test_an_axis_that_is_the_same_for_all_points_may_be_a_key(read):
     assert found["curvature"] == [(0.1, -0.3), 0.1]
 
 
+def test_a_row_may_have_a_stiffening_and_a_bore(read):
+    file = "theta, mu0, stiffening, bore\n1, 0.3, 0.1 -0.3, 0.9\n2, 0.4, 0.2, 0.4\n"
+    study = STUDY.replace("{points: mine.csv}", "{points: mine.csv, eta: 0.85, dx0: 1e-3}")
+    found = columns(read(study, file))
+    assert found["stiffening"] == [(0.1, -0.3), 0.2] and found["bore"] == [0.9, 0.4]
+    with pytest.raises(StudyError, match=r"mine.csv:3: bore: .* 1/theta = 0\.5 d0, got 0\.5"):
+        read(study, file.replace("0.2, 0.4", "0.2, 0.5"))
+
+
 def test_a_parquet_file_has_the_same_points(read):
     frame = pd.DataFrame(columns(read())).drop(columns=list(MOUNTING_AXES))
     other = read(STUDY.replace("mine.csv", "mine.parquet"), frame, "mine.parquet")
@@ -144,7 +153,11 @@ def test_a_mistake_in_the_file_has_its_row_and_column(read, name):
         ("mine.csv", "my.yaml", "my.yaml: the name must end in .csv or .parquet"),
         ("mine.csv}", "mine.csv, dx0: 1}", "mine.csv has the column 'dx0', which is also a key of"),
         ("mine.csv}", "mine.csv, eta: [0.8, 0.9]}", "scattered.eta: [0.8, 0.9] is not allowed: in"),
-        ("mine.csv}", "mine.csv, etta: 1}", "'etta' is not a valid key; allowed: clamp_angle, "),
+        (
+            "mine.csv}",
+            "mine.csv, etta: 1}",
+            "'etta' is not a valid key; allowed: bore, clamp",
+        ),
         ("study: mine", "study: mine\nmax_points: 5", "the study has 6 points, counting each"),
         (
             STUDY[-1],

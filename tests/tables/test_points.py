@@ -5,7 +5,7 @@ import pyarrow as pa
 import pytest
 
 import made_tables
-from vibrissa import solve_curve
+from vibrissa import Mounting, solve_curve
 from vibrissa.errors import DamagedTableError, StudyError
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.sticking.curve import failed_curve
@@ -69,6 +69,20 @@ def test_what_failed_has_its_reason_and_no_numbers():
     for row in made_tables.points("g", axes, curves=[FAILED]).to_pylist():
         assert (row["status"], row["message"]) == ("failed", "no luck; try less")
         assert row["x0_slip"] is row["mu_lock"] is row["penetrates"] is row["residual"] is None
+
+
+def test_a_rod_of_any_stiffness_is_that_of_its_mounting():
+    stiffening = (0.5, (0.8, -0.3))
+    axes = made_tables.grid(theta=(2.0,), mu0=(0.3,), stiffening=stiffening, bore=(0.3,))
+    table = made_tables.points("g", axes)
+    keys = columns_at(axes, np.arange(number_of_points(axes)))
+    for name in ("stiffening", "stiffening_powers", "bore"):
+        assert table[name].to_pylist() == keys[name].tolist()
+    assert table["stiffening_powers"].to_pylist()[-1] == "-0.3"
+    last = {row["stiffening"]: row["x0_slip"] for row in table.to_pylist()}
+    for value, first in zip(stiffening, (0.5, 0.8), strict=True):
+        curve = solve_curve(2.0, 0.85, mounting=Mounting(stiffening=value, bore=0.3))
+        assert last[first] == pytest.approx(float(curve.onset(0.3)), abs=1e-11)
 
 
 def test_mountings_and_polynomials_are_kept():

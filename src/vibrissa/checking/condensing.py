@@ -9,7 +9,7 @@ import pandas as pd
 import pyarrow as pa
 
 from vibrissa.errors import ComparisonError
-from vibrissa.study.axes import MOUNTING_AXES
+from vibrissa.study.axes import MOUNTING_COLUMNS
 from vibrissa.tables import query, schemas
 from vibrissa.tables.counts import SCAN
 from vibrissa.tables.frames import to_pandas
@@ -17,7 +17,7 @@ from vibrissa.tables.query import Readable
 
 # Tables of a study that are compared.
 TABLES = ("stiction", "scans", "periods", "states", "comparisons")
-_ROD = ["theta", "eta", *MOUNTING_AXES, "curvature_powers"]
+_ROD = ["theta", "eta", *MOUNTING_COLUMNS]
 # Columns of a condensed cycle: column of its steps, and how the values of the steps are combined.
 _CYCLE = {
     "status": ("status", "last"),

@@ -18,6 +18,7 @@ COMMANDS = {
     "scan": "Move the clamp over a surface and write the signals, step by step.",
     "import": "Turn a laboratory's file into a recording for identify; report how it was read.",
     "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
+    "rod": "Fit taper and stiffness to a table of diameters and moduli of a real rod.",
     "design": "Find the rod that measures friction best, and the constraints that limit it.",
 }
 

@@ -78,7 +78,8 @@ def warn(whisker: Whisker, end: float, material: "Material | None", begin: float
         return
     curve = whisker.response.curve if begin < 0.0 else whisker.curve
     most = largest_strain(curve, min(end, curve.x0_end), max(begin, curve.x0_pull))
-    strain = float(most.strain[0]) * whisker.units.unit(Kind.STRAIN)
+    # The yield strain is that of the material at the clamp: elsewhere the stress decides.
+    strain = float(most.stress[0]) * whisker.units.unit(Kind.STRAIN)
     if strain > material.yield_strain:
         place = whisker.units.spelled(float(most.place[0]), Kind.LENGTH, 3)
         say(

@@ -88,7 +88,8 @@ def limits_of(r: Requirements, pair: Pair, diameter: ArrayLike, length: ArrayLik
     A constraint whose upper bound is infinite, or whose lower bound is 0, is left out.
     """
     d, along = np.asarray(diameter), np.asarray(length)
-    force = np.pi / 64.0 * r.material.modulus * d**4 / along**2  # E·I0/L² (N)
+    moment = np.pi / 64.0 * d**4 * (1.0 - r.mounting.bore**4)  # I0 (m⁴)
+    force = r.material.modulus * moment / along**2  # E·I0/L² (N)
     found = _limits(r, pair, d, along, {Kind.FORCE: force, Kind.MOMENT: force * along})
     return [limit for limit in found if limit.bound != (np.inf if limit.upper else 0.0)]
 
@@ -97,16 +98,20 @@ def _limits(
     r: Requirements, pair: Pair, d: FloatArray, length: FloatArray, units: Mapping[Kind, FloatArray]
 ) -> Iterator[Limit]:
     theta, curve, force = pair.curve.theta, pair.curve, units[Kind.FORCE]
-    yield Limit("strain", pair.strain * d / length, r.material.yield_strain / r.safety)
+    bore = r.mounting.bore
+    # The yield strain is that of the material at the clamp: elsewhere the stress decides.
+    yield Limit("strain", pair.stress * d / length, r.material.yield_strain / r.safety)
     yield Limit("lock", np.asarray(curve.mu_lock), LOCK_FACTOR * r.mu0[-1], upper=False)
     yield Limit("diameter", d, r.material.largest or np.inf, Kind.LENGTH)
     yield Limit("tip", d / theta, r.tip, Kind.LENGTH, upper=False)
     if r.material.density is not None:
-        volume = np.pi / 12.0 * (1.0 + 1.0 / theta + 1.0 / theta**2) * d**2 * length
+        section = (1.0 + 1.0 / theta + 1.0 / theta**2) / 3.0 - bore**2
+        volume = np.pi / 4.0 * section * d**2 * length
         normal = np.abs(pair.reactions[:, 1]).min() * force
         yield Limit("weight", r.material.density * GRAVITY * volume / normal, WEIGHT)
         if r.speed is not None:
-            wave = length**2 / d * np.sqrt(r.material.density / r.material.modulus)
+            speed = np.sqrt(r.material.modulus / r.material.density * (1.0 + bore**2))
+            wave = length**2 / d / speed
             rings = pair.ringing.lasts * 4.0 * wave * r.speed
             yield Limit("ringing", rings / (pair.shortest * length), 1.0)
     if r.setup.contact is Contact.POINT:

@@ -13,14 +13,14 @@ the part D·C·Dᵀ, common to all periods, and the random part (∂μ/∂u)²/(
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from vibrissa.errors import NoResponseError
-from vibrissa.mechanics.mounting import IDEAL
+from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.scanning.response import Response
@@ -89,15 +89,16 @@ class Pair:
         Onset of slip for each friction coefficient (L); NaN where the tip locks.
     longest : float
         Length of the longest period (L).
-    strain : float
-        Largest strain in the longest period (d0/L).
+    stress : float
+        Largest stress in the longest period (E·d0/L): the largest strain, if the modulus E is
+        the same along the rod.
     """
 
     response: Response
     contact: Contact
     x0_slip: FloatArray
     longest: float
-    strain: float
+    stress: float
 
     @property
     def curve(self) -> StickingCurve:
@@ -132,9 +133,15 @@ class Pair:
 
 
 def survey(
-    theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
+    theta: FloatArray,
+    eta: FloatArray,
+    frictions: FloatArray,
+    contact: Contact,
+    mounting: Mounting = IDEAL,
 ) -> list[Pair]:
     """Solve pairs (θ, η), and find the onset of slip for k increasing friction coefficients.
+
+    Of the mounting of all rods, only their stiffness may differ from the ideal one.
 
     Pairs that cannot be solved are left out.
 
@@ -143,7 +150,7 @@ def survey(
     NoResponseError
         If no pair could be solved.
     """
-    curves = solve_curves(theta, eta, contact)
+    curves = solve_curves(theta, eta, contact, [mounting] * len(theta))
     solved = [curve for curve in curves if curve.status is Status.SOLVED]
     if not solved:
         raise NoResponseError(
@@ -154,17 +161,17 @@ def survey(
         float(x0[-1]) if np.isfinite(x0[-1]) else curve.x0_lock
         for curve, x0 in zip(solved, onsets, strict=True)
     ]
-    largest = strains_in(solved, [np.linspace(0.0, end, STATES_OF_PERIOD) for end in ends]).strain
-    strain = largest.reshape(len(solved), STATES_OF_PERIOD).max(axis=1)
+    largest = strains_in(solved, [np.linspace(0.0, end, STATES_OF_PERIOD) for end in ends]).stress
+    stress = largest.reshape(len(solved), STATES_OF_PERIOD).max(axis=1)
     return [
         Pair(
             response=Response(curve=curve),
             contact=contact,
             x0_slip=x0_slip,
             longest=end,
-            strain=float(most),
+            stress=float(most),
         )
-        for curve, x0_slip, end, most in zip(solved, onsets, ends, strain, strict=True)
+        for curve, x0_slip, end, most in zip(solved, onsets, ends, stress, strict=True)
     ]
 
 
@@ -205,7 +212,7 @@ def _moved(curve: StickingCurve, contact: Contact) -> list[StickingCurve]:
         for own in ("theta", "eta")
     )
     mountings = [
-        IDEAL if name in ("theta", "eta") else replace(IDEAL, **{name: step})
+        curve.mounting if name in ("theta", "eta") else curve.mounting.shifted(**{name: step})
         for name, step in STEPS.items()
     ]
     return solve_curves(theta, eta, contact, mountings)

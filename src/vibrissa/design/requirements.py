@@ -4,6 +4,7 @@ Each requirement is a field of `Requirements` and an option of the command line.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -13,7 +14,8 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.mounting import IDEAL
+from vibrissa.limits import check_bore
+from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.keys import Keyed, NotNegative, Positive, read_keys, with_options
@@ -189,12 +191,35 @@ class Requirements(Keyed):
         if self.speed is not None and self.material.density is None:
             raise ArgumentError("with a speed, give the density of the material")
         first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
-        if first.whisker.mounting != IDEAL:
+        mounting = first.whisker.mounting
+        deviations = [name for name in MOUNTING if name != "bore"]
+        if replace(mounting, stiffening=0.0, bore=0.0) != IDEAL:
             raise ArgumentError(
                 "a design needs a straight rod, a rigid upright clamp and a level stage: leave out "
-                f"{', '.join(MOUNTING)}; their tolerances may stay, in the table [{TOLERANCES}]"
+                f"{', '.join(deviations)}; their tolerances may stay, in the table [{TOLERANCES}]"
             )
         return self
+
+    @cached_property
+    def mounting(self) -> Mounting:
+        """Stiffness of all rods to choose from; clamp and stage are ideal."""
+        first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
+        return first.whisker.mounting
+
+    @property
+    def tapers(self) -> tuple[float, ...]:
+        """Tapers to choose from whose tip is thicker than the bore.
+
+        Raises
+        ------
+        ArgumentError
+            If there is none.
+        """
+        bore = self.mounting.bore
+        found = tuple(theta for theta in self.theta if bore * theta < 1.0)
+        if not found:
+            check_bore(bore, min(self.theta))
+        return found
 
     @cached_property
     def material(self) -> Material:

@@ -185,8 +185,8 @@ def design(requirements: Requirements) -> Design:
     none: ['moment_z', 'force_y', 'force_x', 'strain']
     """
     r = requirements
-    theta, eta = np.array(list(product(r.theta, r.eta))).T
-    pairs = survey(theta, eta, r.frictions, r.setup.contact)
+    theta, eta = np.array(list(product(r.tapers, r.eta))).T
+    pairs = survey(theta, eta, r.frictions, r.setup.contact, r.mounting)
     sizes = np.array(r.diameter)[:, None], np.array(r.length)
     shape = (len(r.diameter), len(r.length))
     limits = [limits_of(r, pair, *sizes) for pair in pairs]

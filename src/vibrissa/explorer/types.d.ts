@@ -13,6 +13,13 @@ interface Mounting {
   compliance: number; // rotational compliance c of the clamp, in L/(E·I0)
   curvature: number[]; // coefficients of the powers of s in κ0·L
   stage: number; // angle δ of the clamp's path to the surface
+  making?: Making; // by default solid and of one material
+}
+
+/** How a rod is made, apart from its taper. */
+interface Making {
+  powers: number[]; // coefficients of s, s², … in E(s)/E(0) = 1 + …
+  bore: number; // diameter of a bore over that of the base
 }
 
 /** A solved state. */
@@ -264,7 +271,7 @@ interface Point {
 type Line = Record<"x" | "y", Float64Array>;
 
 type NumberKey = "theta" | "eta" | "mu0" | "dx0" | "ratio" | "modulus" | "diameter" | "length" | MountingKey;
-type MountingKey = "beta" | "compliance" | "kappa0" | "kappa1" | "delta";
+type MountingKey = "beta" | "compliance" | "kappa0" | "kappa1" | "stiffening" | "bore" | "delta";
 
 /** Settings of a user: angles in degrees, E in GPa, diameter and length in mm. */
 interface Settings extends Record<NumberKey, number> {
@@ -277,7 +284,7 @@ interface Settings extends Record<NumberKey, number> {
 }
 
 /** The rod of a sensor, which turns units of L and E·I0 into SI units. */
-type Whisker = Pick<Settings, "modulus" | "diameter" | "length">;
+type Whisker = Pick<Settings, "modulus" | "diameter" | "length" | "bore">;
 
 interface NumberField {
   key: NumberKey;

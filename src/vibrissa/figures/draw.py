@@ -31,7 +31,7 @@ from vibrissa.figures import (
 )
 from vibrissa.figures.kinds import KINDS
 from vibrissa.outcomes import NO_RESULT
-from vibrissa.study.axes import SURFACE_AXES, sortable
+from vibrissa.study.axes import POWERS, SURFACE_AXES, sortable
 from vibrissa.study.chunks import spell_powers
 from vibrissa.study.figures import DRAW, TABLES
 from vibrissa.tables import query
@@ -112,8 +112,8 @@ def _condition(selection: Mapping[str, Any]) -> pc.Expression:
     conditions = []
     for name, value in selection.items():
         values = value if isinstance(value, list) else [value]
-        if name == "curvature":
-            conditions.append(reduce(or_, map(_has_curvature, values)))
+        if name in POWERS:
+            conditions.append(reduce(or_, [_has_polynomial(name, one) for one in values]))
         elif name in WITHOUT_EFFECT:
             # An axis without effect on a scan does not exclude it.
             conditions.append(query.one_of(name, values) | pc.field(name).is_null())
@@ -122,12 +122,12 @@ def _condition(selection: Mapping[str, Any]) -> pc.Expression:
     return reduce(and_, conditions)
 
 
-def _has_curvature(value: float | Sequence[float]) -> pc.Expression:
-    """Return the condition that the natural curvature is this constant or polynomial."""
-    constant, *_ = sortable(value)
-    powers, found = spell_powers(value), pc.field("curvature_powers")
+def _has_polynomial(axis: str, value: float | Sequence[float]) -> pc.Expression:
+    """Return the condition that an axis has this number or polynomial."""
+    first, *_ = sortable(value)
+    powers, found = spell_powers(value), pc.field(POWERS[axis])
     same = found == powers if powers else found.is_null()
-    return (pc.field("curvature") == constant) & same
+    return (pc.field(axis) == first) & same
 
 
 def _scripted(script: Path, rows: pd.DataFrame) -> Figure:

@@ -20,6 +20,8 @@ LABELS = {
     "clamp_angle": r"inclination of the clamp $\beta$ / rad",
     "clamp_compliance": r"compliance of the clamp $c$ / $L/(E I_0)$",
     "curvature": r"natural curvature $\kappa_0 L$",
+    "stiffening": "stiffening $c_1$",
+    "bore": "bore $b$ / $d_0$",
     "stage_angle": r"angle of the stage $\delta$ / rad",
     "mean": r"mean of $\mu_0$",
     "deviation": r"standard deviation of $\mu_0$",

@@ -19,6 +19,8 @@ AXES = {
     "clamp_angle": (r"inclination of the clamp $\beta$ / degree", np.degrees(1.0)),
     "clamp_compliance": (r"compliance of the clamp $c$ / $L/(E I_0)$", 1.0),
     "curvature": (r"natural curvature $\kappa_0 L$", 1.0),
+    "stiffening": (r"stiffening $c_1$", 1.0),
+    "bore": (r"bore $b$ / $d_0$", 1.0),
     "stage_angle": (r"angle of the stage $\delta$ / degree", np.degrees(1.0)),
 }
 PANELS = {
@@ -41,6 +43,8 @@ STEPS = {
     "clamp_angle": (np.radians(1.0), "clamp by 1°"),
     "clamp_compliance": (0.1, "compliance by 0.1"),
     "curvature": (0.1, "curvature by 0.1"),
+    "stiffening": (0.1, "modulus at the tip by 10 %"),
+    "bore": (0.1, "bore by 0.1 d0"),
     "stage_angle": (np.radians(1.0), "stage by 1°"),
 }
 # A line bends if it leaves its tangent by more (%); number of those that are drawn; their shade.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibrissa.mechanics.mounting import CLAMP_SLOPE, IDEAL, Mounting
-from vibrissa.mechanics.taper import arc_density, arc_length, diameter, stiffness
+from vibrissa.mechanics.taper import arc_density, arc_length, diameter, modulus, stiffness
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 
@@ -28,6 +28,8 @@ class Bending(Batch):
         Largest change of curvature |φ' − κ0| (1/L).
     strain : ndarray, shape (n,)
         Largest strain |φ' − κ0|·d/2 at the rod's surface (d0/L).
+    stress : ndarray, shape (n,)
+        Largest stress E(s)·|φ' − κ0|·d/2 at the rod's surface (E(0)·d0/L).
     place : ndarray, shape (n,)
         Arc length at which the strain is largest (L), accurate to 0.005 L.
     turn : ndarray, shape (n,)
@@ -37,6 +39,7 @@ class Bending(Batch):
     energy: FloatArray
     curvature: FloatArray
     strain: FloatArray
+    stress: FloatArray
     place: FloatArray
     turn: FloatArray
 
@@ -63,12 +66,14 @@ def measure(
 
     Notes
     -----
-    The strain is |m|/(2·d³), as B = d⁴. It is largest at the clamp or where m'/m = 3·d'/d. If a
-    small transverse force bends a rod with θ > 3/2, this is where d is 3/2 of the tip diameter.
+    In a solid rod of one material the strain is |m|/(2·d³), as B = d⁴. It is largest at the clamp
+    or where m'/m = 3·d'/d. If a small transverse force bends a rod with θ > 3/2, this is where d is
+    3/2 of the tip diameter.
 
     The measures are unreliable if θ > 8 and the rod passes through the surface (φ1 < 0 in tip
     contact).
     """
+    making = mounting.making
 
     def moment(x: FloatArray | float, y: FloatArray | float) -> FloatArray:
         return f * (np.cos(alpha) * (x - x_c) + np.sin(alpha) * (y - y_c))
@@ -77,7 +82,7 @@ def measure(
         x, y, phi, _ = state
         s = arc_length(tau, theta, s_c)
         m = moment(x, y)
-        bent = m / stiffness(s, theta)
+        bent = m / stiffness(s, theta, making)
         natural = np.polynomial.polynomial.polyval(s, mounting.coefficients)
         per_length = [np.cos(phi), np.sin(phi), bent + natural, 0.5 * m * bent]
         return np.stack(per_length) * arc_density(tau, theta, s_c)
@@ -86,12 +91,14 @@ def measure(
     begin[2] = CLAMP_SLOPE + mounting.clamp_angle + mounting.clamp_compliance * moment(0.0, 0.0)
     x, y, phi, energy = np.moveaxis(_integrated(derivative, begin, POINTS), 1, 0)
     s = arc_length(np.linspace(0.0, 1.0, POINTS)[:, None], theta, s_c)
-    curvature = np.abs(moment(x, y)) / stiffness(s, theta)
+    curvature = np.abs(moment(x, y)) / stiffness(s, theta, making)
     strain = 0.5 * curvature * diameter(s, theta)
+    stress = modulus(s, making) * strain
     return Bending(
         energy=energy[-1],
         curvature=_peak(curvature),
         strain=_peak(strain),
+        stress=_peak(stress),
         place=np.take_along_axis(s, strain.argmax(axis=0)[None], axis=0)[0],
         turn=CLAMP_SLOPE - phi[-1],
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from vibrissa.mechanics.mounting import CLAMP_SLOPE, IDEAL, Mounting, tail
 from vibrissa.mechanics.shape import Shape
+from vibrissa.mechanics.taper import stiffness_factor
 from vibrissa.numerics.arrays import FloatArray
 
 SHAPE_TOLERANCE = 1e-12
@@ -27,7 +28,7 @@ def rod_equations(
     alpha: float,
     x1: float,
     y1: float,
-    curvature: tuple[float, ...] = (0.0,),
+    mounting: Mounting = IDEAL,
 ) -> Callable[[float, FloatArray], Growth]:
     """Make a function that evaluates the differential equations of the rod, paper equation (2).
 
@@ -35,20 +36,23 @@ def rod_equations(
     ----------
     x1, y1 : float
         Position of the contact point (L).
-    curvature : tuple of float
-        Natural curvature κ0: coefficients of the powers of s, lowest first.
+    mounting : Mounting
+        Its natural curvature and the stiffness along the rod count.
 
     Returns
     -------
     callable
         Function that maps s and (x, y, φ) to their derivatives.
     """
-    highest, *lower = reversed(curvature)
+    highest, *lower = reversed(mounting.coefficients)
+    making, is_solid = mounting.making, mounting.is_solid
     cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
 
     def derivative(s: float, state: FloatArray) -> Growth:
         x, y, phi = state.tolist()  # single numbers are faster in Python than in NumPy
         flexibility = theta**4 / (theta * s - theta - s) ** 4
+        if not is_solid:
+            flexibility /= float(stiffness_factor(s, theta, making))
         moment = f * (cos_alpha * (x - x1) + sin_alpha * (y - y1))
         natural = highest
         for coefficient in lower:
@@ -89,7 +93,7 @@ def deformed_shape(
     moment = -f * (math.cos(alpha) * x_c + math.sin(alpha) * y1)
     slope = CLAMP_SLOPE + mounting.clamp_angle + mounting.clamp_compliance * moment
     result = solve_ivp(
-        rod_equations(theta, f, alpha, x_c, y1, mounting.coefficients),
+        rod_equations(theta, f, alpha, x_c, y1, mounting),
         (0.0, s_c),
         (0.0, 0.0, slope),
         method="DOP853",

@@ -36,7 +36,7 @@ import numpy as np
 from vibrissa.mechanics.mounting import polynomial, tail
 from vibrissa.mechanics.shape import Shape
 from vibrissa.mechanics.states import RodStates
-from vibrissa.mechanics.taper import arc_length_growth, bending_coordinate, density_growth
+from vibrissa.mechanics.taper import arc_length_growth, bending_coordinate
 from vibrissa.numerics.angles import direction
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch, slices
@@ -229,9 +229,7 @@ def derivatives(states: RodStates) -> Derivatives:
     cos *= density
     fx, fy = states.fx[:, None], states.fy[:, None]
     load, load_slope = fx * sin - fy * cos, fx * cos + fy * sin
-    arc_growth, compliance_growth = density_growth(
-        rule.nodes, states.theta[:, None], states.s_c[:, None]
-    )
+    arc_growth, compliance_growth = states.density_growth(rule.nodes)
     # Derivatives of dφ/dτ (bend) and of m(0). A slope changes dm/dτ at its own node alone, so that
     # its column of the integral is only scaled.
     by_scalars = np.empty((len(states), nodes, 3))

@@ -1,4 +1,4 @@
-"""How a rod is mounted: its clamp, its natural curvature, and the path of its stage.
+"""How a rod is made and mounted: its stiffness and natural curvature, its clamp and its stage.
 
 The paper's mounting is *ideal*: clamp upright and rigid, rod straight, stage along the surface.
 Other mountings may differ from it in four ways:
@@ -7,16 +7,21 @@ Other mountings may differ from it in four ways:
 - The clamp yields to the moment of the rod: φ(0) grows by c·m(0).
 - The rod is curved without load: B·(φ' − κ0(s)) = m.
 - The stage moves at an angle δ to the surface, so that the height falls by x0·sin δ.
+
+The paper's rod is solid and of one material. Other rods have a modulus that changes along them, or
+a bore (`vibrissa.mechanics.taper.stiffness_factor`).
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from vibrissa.errors import ArgumentError
+from vibrissa.limits import MOST_POWERS, check_bore, check_stiffening
+from vibrissa.mechanics.taper import Making
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
 
@@ -30,7 +35,7 @@ RIGHT_ANGLE = np.pi / 2
 
 @dataclass(frozen=True, kw_only=True)
 class Mounting:
-    """Mounting of a rod: clamp, natural curvature and stage; ideal by default.
+    """Mounting of a rod: clamp, natural curvature, stiffness and stage; ideal by default.
 
     Attributes
     ----------
@@ -42,6 +47,11 @@ class Mounting:
     curvature : float or tuple of float
         Natural curvature κ0·L of the rod: a constant, or the coefficients of the powers of s,
         lowest first. Where it is negative the rod turns away from the surface, towards +x.
+    stiffening : float or tuple of float
+        Change of Young's modulus along the rod, E(s)/E(0) = 1 + c1·s + c2·s² + …: c1, or the
+        coefficients c1, c2, …. The modulus must be positive on the whole rod.
+    bore : float
+        Diameter of a bore, the same along the rod (d0): below 1/θ, the diameter of the tip.
     stage_angle : float
         Angle δ between the clamp's path and the surface (rad); positive if the clamp approaches the
         surface.
@@ -57,11 +67,15 @@ class Mounting:
     False
     >>> Mounting(curvature=[-0.1, 0.3]).coefficients
     (-0.1, 0.3)
+    >>> Mounting(stiffening=0.15).making.powers
+    (0.15,)
     """
 
     clamp_angle: float = 0.0
     clamp_compliance: float = 0.0
     curvature: float | tuple[float, ...] = 0.0
+    stiffening: float | tuple[float, ...] = 0.0
+    bore: float = 0.0
     stage_angle: float = 0.0
 
     def __post_init__(self) -> None:
@@ -76,14 +90,35 @@ class Mounting:
                 f"clamp_compliance must not be negative, got {compliance!r} L/(E I0)"
             )
         # Lists and arrays become tuples.
-        object.__setattr__(self, "curvature", _listed(self.curvature))
-        for value in self.coefficients:
-            _number("curvature", value)
+        for name in ("curvature", "stiffening"):
+            object.__setattr__(self, name, _listed(name, getattr(self, name)))
+            for value in _tupled(getattr(self, name)):
+                _number(name, value)
+        check_stiffening(_tupled(self.stiffening))
+        check_bore(_number("bore", self.bore), 1.0)
 
     @property
     def coefficients(self) -> tuple[float, ...]:
         """Coefficients of κ0·L, lowest power first."""
-        return self.curvature if isinstance(self.curvature, tuple) else (self.curvature,)
+        return _tupled(self.curvature)
+
+    @property
+    def making(self) -> Making:
+        """Bore, and coefficients of the modulus along the rod."""
+        return Making(bore=self.bore, powers=_tupled(self.stiffening))
+
+    def shifted(self, **steps: float) -> Self:
+        """Add to some values; of a polynomial, to its first coefficient."""
+        shifted: dict[str, Any] = {}
+        for name, step in steps.items():
+            first, *others = np.atleast_1d(getattr(self, name)).tolist()
+            shifted[name] = (first + step, *others) if others else first + step
+        return replace(self, **shifted)
+
+    @property
+    def is_solid(self) -> bool:
+        """Whether the rod is solid and of one material, as in the paper."""
+        return not (self.bore or any(_tupled(self.stiffening)))
 
     @property
     def is_ideal_rod(self) -> bool:
@@ -103,14 +138,18 @@ def _number(name: str, value: object) -> float:
     return float(value)
 
 
-def _listed(curvature: object) -> object:
-    if isinstance(curvature, Real):
-        return curvature
+def _tupled(polynomial: float | tuple[float, ...]) -> tuple[float, ...]:
+    return polynomial if isinstance(polynomial, tuple) else (polynomial,)
+
+
+def _listed(name: str, polynomial: object) -> object:
+    if isinstance(polynomial, Real):
+        return polynomial
     # An array of dimension 0 is no list.
-    is_list = isinstance(curvature, Iterable) and getattr(curvature, "ndim", True)
-    values: list[object] = list(curvature) if is_list else []  # type: ignore[call-overload]
+    is_list = isinstance(polynomial, Iterable) and getattr(polynomial, "ndim", True)
+    values: list[object] = list(polynomial) if is_list else []  # type: ignore[call-overload]
     if not values:
-        raise ArgumentError(f"curvature must be a number or a list of numbers, got {curvature!r}")
+        raise ArgumentError(f"{name} must be a number or a list of numbers, got {polynomial!r}")
     first, *powers = values
     while powers and powers[-1] == 0:
         powers.pop()
@@ -118,6 +157,10 @@ def _listed(curvature: object) -> object:
 
 
 IDEAL = Mounting()
+# Columns of `rod_columns`: the coefficients of κ0 come last, as many as there are.
+THETA, CLAMP_ANGLE, CLAMP_COMPLIANCE, BORE = range(4)
+POWERS = slice(4, 4 + MOST_POWERS)
+CURVATURE = slice(POWERS.stop, None)
 
 
 def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
@@ -125,17 +168,19 @@ def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (n, 3 + k)
-        θ, β (rad), c (L/(E·I0)) and k coefficients of κ0 in each row; k = 0 if all rods are
-        straight.
+    ndarray, shape (n, 12 + k)
+        θ, β (rad), c (L/(E·I0)), the bore (d0), eight coefficients of the modulus, and k
+        coefficients of κ0 in each row; k = 0 if all rods are straight.
     """
     count = max((len(one.coefficients) for one in mountings if any(one.coefficients)), default=0)
-    columns = np.zeros((len(mountings), 3 + count))
-    columns[:, 0] = theta
+    columns = np.zeros((len(mountings), CURVATURE.start + count))
+    columns[:, THETA] = theta
     for row, one in zip(columns, mountings, strict=True):
-        row[1:3] = one.clamp_angle, one.clamp_compliance
+        row[CLAMP_ANGLE], row[CLAMP_COMPLIANCE] = one.clamp_angle, one.clamp_compliance
+        row[BORE] = one.bore
+        row[POWERS.start : POWERS.start + len(one.making.powers)] = one.making.powers
         if any(one.coefficients):
-            row[3 : 3 + len(one.coefficients)] = one.coefficients
+            row[CURVATURE.start : CURVATURE.start + len(one.coefficients)] = one.coefficients
     return columns
 
 

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from vibrissa.errors import ArgumentError
+from vibrissa.limits import check_bore
 
 
 @dataclass(frozen=True)
@@ -13,16 +14,18 @@ class Rod:
     Attributes
     ----------
     youngs_modulus : float
-        Young's modulus E, in Pa.
+        Young's modulus E, in Pa; that at the clamp, if it changes along the rod.
     base_diameter : float
         Diameter d0 at the clamp, in m.
     length : float
         Length L, in m.
+    bore : float
+        Diameter of a bore, in units of d0.
 
     Raises
     ------
     ArgumentError
-        If a property is not between 1e-30 and 1e30.
+        If the bore is not between 0 and 1, or if another property is not between 1e-30 and 1e30.
 
     Examples
     --------
@@ -36,9 +39,11 @@ class Rod:
     youngs_modulus: float
     base_diameter: float
     length: float
+    bore: float = 0.0
 
     def __post_init__(self) -> None:
         """Check all values."""
+        check_bore(self.bore, 1.0)
         for name, value, unit in (
             ("modulus", self.youngs_modulus, "Pa"),
             ("diameter", self.base_diameter, "m"),
@@ -52,8 +57,8 @@ class Rod:
 
     @property
     def second_moment(self) -> float:
-        """Second moment of area at the base, I0 = π·d0⁴/64, in m⁴."""
-        return math.pi * self.base_diameter**4 / 64.0
+        """Second moment of area at the base, I0 = π·d0⁴·(1 − b⁴)/64 with the bore b, in m⁴."""
+        return math.pi * self.base_diameter**4 / 64.0 * (1.0 - self.bore**4)
 
     @property
     def length_unit(self) -> float:
@@ -63,7 +68,7 @@ class Rod:
     def frequency_unit(self, density: float) -> float:
         """Frequency in Hz of a rod of this density (kg/m³) whose natural frequency ω is 1.
 
-        It is √(E·I0/(ρA0·L⁴))/(2π), with I0/A0 = d0²/16.
+        It is √(E·I0/(ρA0·L⁴))/(2π), with I0/A0 = d0²·(1 + b²)/16 for the bore b.
 
         Raises
         ------
@@ -74,7 +79,7 @@ class Rod:
             raise ArgumentError(
                 f"the density of a rod must lie between 1e-30 and 1e30 kg/m³, got {density:g}"
             )
-        speed = math.sqrt(self.youngs_modulus / density)
+        speed = math.sqrt(self.youngs_modulus / density) * math.sqrt(1.0 + self.bore**2)
         return speed * self.base_diameter / (8.0 * math.pi * self.length**2)
 
     @property

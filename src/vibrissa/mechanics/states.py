@@ -6,8 +6,25 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from vibrissa.mechanics.mounting import CLAMP_SLOPE, polynomial
-from vibrissa.mechanics.taper import arc_length, densities
+from vibrissa.mechanics.mounting import (
+    BORE,
+    CLAMP_ANGLE,
+    CLAMP_COMPLIANCE,
+    CLAMP_SLOPE,
+    CURVATURE,
+    POWERS,
+    THETA,
+    polynomial,
+)
+from vibrissa.mechanics.taper import (
+    Making,
+    arc_length,
+    arc_length_growth,
+    densities,
+    density_growth,
+    stiffness_factor,
+    stiffness_growth,
+)
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
@@ -24,7 +41,7 @@ class RodStates(Batch):
 
     Attributes
     ----------
-    rods : ndarray, shape (n, 3 + k)
+    rods : ndarray, shape (n, 12 + k)
         Properties of each rod (`vibrissa.mechanics.mounting.rod_columns`).
     unknowns : ndarray, shape (n, nodes + 3)
         Slopes φ (rad) at the Gauss nodes in τ between clamp and contact point; contact force
@@ -47,22 +64,34 @@ class RodStates(Batch):
     @property
     def theta(self) -> FloatArray:
         """Taper factor."""
-        return self.rods[..., 0]
+        return self.rods[..., THETA]
 
     @property
     def clamp_angle(self) -> FloatArray:
         """Inclination β of the clamp (rad)."""
-        return self.rods[..., 1]
+        return self.rods[..., CLAMP_ANGLE]
 
     @property
     def clamp_compliance(self) -> FloatArray:
         """Compliance c of the clamp (L/(E·I0))."""
-        return self.rods[..., 2]
+        return self.rods[..., CLAMP_COMPLIANCE]
 
     @property
     def curvature(self) -> FloatArray:
         """Coefficients of the natural curvature, shape (n, k); k = 0 if all rods are straight."""
-        return self.rods[..., 3:]
+        return self.rods[..., CURVATURE]
+
+    @property
+    def making(self) -> Making | None:
+        """Bores and moduli as columns of shape (n, 1); None if all rods are solid, of one material.
+
+        Coefficients that are zero for all rods are left out.
+        """
+        if not self.rods[:, BORE : POWERS.stop].any():
+            return None
+        powers = self.rods[:, POWERS]
+        count = int(np.append(0, np.flatnonzero(powers.any(axis=0)) + 1)[-1])
+        return Making(bore=self.rods[:, BORE, None], powers=tuple(powers.T[:count, :, None]))
 
     @property
     def phi(self) -> FloatArray:
@@ -94,7 +123,20 @@ class RodStates(Batch):
 
     def densities(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Evaluate ds/dτ (L) and B⁻¹·ds/dτ (L/(E·I0)) at `tau`, each of shape (n, len(tau))."""
-        return densities(tau, self.theta[:, None], self.s_c[:, None])
+        theta, s_c = self.theta[:, None], self.s_c[:, None]
+        arc, compliance = densities(tau, theta, s_c)
+        if (making := self.making) is not None:
+            compliance = compliance / stiffness_factor(self.arc_length(tau), theta, making)
+        return arc, compliance
+
+    def density_growth(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return ∂/∂s_c of the logarithms of both `densities` at a fixed τ, in 1/L."""
+        theta, s_c = self.theta[:, None], self.s_c[:, None]
+        arc, compliance = density_growth(tau, theta, s_c)
+        if (making := self.making) is not None:
+            growth = stiffness_growth(self.arc_length(tau), theta, making)
+            compliance = compliance - growth * arc_length_growth(tau, theta, s_c)
+        return arc, compliance
 
     def arc_length(self, tau: FloatArray) -> FloatArray:
         """Arc length at the bending coordinates `tau` (L), shape (n, len(tau))."""
@@ -105,7 +147,7 @@ class RodStates(Batch):
 
         The shape is (n, len(tau)), or (n, 1) if all rods are straight.
         """
-        upright = CLAMP_SLOPE + self.rods[:, 1:2]
+        upright = CLAMP_SLOPE + self.clamp_angle[:, None]
         if not self.curvature.shape[1]:
             return upright
         s = self.arc_length(tau)

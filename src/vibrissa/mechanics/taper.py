@@ -1,10 +1,11 @@
-"""Geometry of the tapered rod: a truncated cone, clamped at its thick end.
+"""Geometry and stiffness of the tapered rod: a truncated cone, clamped at its thick end.
 
 The *bending coordinate* ``tau`` runs from 0 at the clamp to 1 at the contact point, s = s_c, with
 ds/dτ ∝ d(s)², so that shapes are equally smooth everywhere in τ. At θ = 1, τ = s/s_c.
 """
 
-from typing import TypeAlias
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,15 +31,80 @@ def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     return 1.0 - (1.0 - 1.0 / theta) * s
 
 
-def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
-    """Bending stiffness B(s) = (d(s)/d0)⁴ of the rod (E·I0), paper equation (2).
+class Making(NamedTuple):
+    """How rods are made, apart from their taper: solid and of one material by default.
+
+    Attributes
+    ----------
+    bore : float or ndarray
+        Diameter b of a bore, the same along the rod (d0).
+    powers : sequence of float or ndarray
+        Coefficients of s, s², … in the modulus E(s)/E(0) = 1 + c1·s + c2·s² + ….
+    """
+
+    bore: Floats = 0.0
+    powers: Sequence[Floats] = ()
+
+
+SOLID = Making()
+
+
+def modulus(s: Floats, making: Making) -> Floats:
+    """Young's modulus along the rod, E(s)/E(0) = 1 + c1·s + c2·s² + …."""
+    rise: Floats = 0.0
+    for power in reversed(making.powers):
+        rise = (rise + power) * s
+    return 1.0 + rise
+
+
+def stiffness_factor(s: Floats, theta: Floats, making: Making) -> Floats:
+    """Factor e(s) of the bending stiffness, B = (d/d0)⁴·e, with e(0) = 1.
+
+    It is e = E(s)/E(0)·(1 − (b·d0/d)⁴)/(1 − b⁴), as the second moment of area is π·(d⁴ − b⁴·d0⁴)/64
+    and I0 is that of the base.
+
+    Examples
+    --------
+    >>> print(stiffness_factor(np.array([0.0, 1.0]), 2.0, Making(powers=[0.5])))
+    [1.  1.5]
+    """
+    wall = 1.0 - (making.bore / diameter(s, theta)) ** 4
+    return modulus(s, making) * (wall / (1.0 - making.bore**4))
+
+
+def stiffness_growth(s: FloatArray, theta: Floats, making: Making) -> FloatArray:
+    """Differentiate the logarithm of `stiffness_factor` with respect to s, in 1/L."""
+    rise: Floats = 0.0
+    for number, power in reversed(list(enumerate(making.powers, start=1))):
+        rise = rise * s + number * power
+    inverse = 1.0 / diameter(s, theta)
+    hollow = (making.bore * inverse) ** 4
+    thinning = (1.0 - 1.0 / theta) * inverse
+    return np.asarray(rise / modulus(s, making) - 4.0 * hollow / (1.0 - hollow) * thinning)
+
+
+def stiffness(s: ArrayLike, theta: ArrayLike, making: Making = SOLID) -> FloatArray:
+    """Bending stiffness B(s) = (d(s)/d0)⁴·e(s) of the rod (E·I0); e = 1 in paper equation (2).
 
     Examples
     --------
     >>> print(stiffness([0.0, 1.0], theta=2.0))
     [1.     0.0625]
     """
-    return diameter(s, theta) ** 4
+    s, theta = np.asarray(s, dtype=float), np.asarray(theta, dtype=float)
+    return np.asarray(diameter(s, theta) ** 4 * stiffness_factor(s, theta, making))
+
+
+def mass_per_length(s: ArrayLike, theta: ArrayLike, making: Making = SOLID) -> FloatArray:
+    """Mass per length (ρA0): (d² − b²·d0²)/(d0² − b²·d0²), the density being the same everywhere.
+
+    Examples
+    --------
+    >>> print(mass_per_length([0.0, 1.0], theta=2.0))
+    [1.   0.25]
+    """
+    bore = making.bore**2
+    return np.asarray((diameter(s, theta) ** 2 - bore) / (1.0 - bore))
 
 
 def bending_coordinate(s: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
@@ -69,7 +135,10 @@ def arc_density(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> FloatArray:
 
 
 def densities(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> tuple[FloatArray, FloatArray]:
-    """Return ds/dτ (L) and B⁻¹·ds/dτ = θ·s_c·h²/g³ (L/(E·I0)); `arc_density` defines g and h."""
+    """Return ds/dτ (L) and, of a solid rod of one material, B⁻¹·ds/dτ = θ·s_c·h²/g³ (L/(E·I0)).
+
+    `arc_density` defines g and h.
+    """
     shrinks, free = (theta - 1.0) * s_c, theta * s_c
     g = theta - shrinks
     square = np.asarray((g + shrinks * tau) ** 2)

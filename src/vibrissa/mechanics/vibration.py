@@ -1,9 +1,10 @@
 """Small vibrations of the rod about a state, and their natural frequencies.
 
 A change ψ(s)·cos ωt of the slope moves the points of the rod by x = −∫₀ˢ ψ·sin φ du and
-y = ∫₀ˢ ψ·cos φ du. With the mass d² per length, ω² are the stationary values of
+y = ∫₀ˢ ψ·cos φ du. With the mass w(s) per length, which is d² in a solid rod, ω² are the stationary
+values of
 
-    (second variation of the energy) / ∫ d²·(x² + y²) ds                                 (V1)
+    (second variation of the energy) / ∫ w·(x² + y²) ds                                  (V1)
 
 in units of E·I0/(ρA0·L⁴). The second variation and the conditions at the contact point are those of
 `vibrissa.mechanics.stability`.
@@ -14,10 +15,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.mounting import Mounting, polynomial, rod_columns
+from vibrissa.mechanics.mounting import BORE, POWERS, Mounting, polynomial, rod_columns
 from vibrissa.mechanics.stability import RIGID
 from vibrissa.mechanics.states import SCALARS, RodStates
-from vibrissa.mechanics.taper import arc_length, densities, diameter, stiffness
+from vibrissa.mechanics.taper import (
+    Making,
+    arc_length,
+    densities,
+    diameter,
+    mass_per_length,
+    stiffness,
+    stiffness_factor,
+)
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import TipMotion
@@ -151,6 +160,7 @@ def _forms(states: RodStates, tip: TipMotion) -> _Forms:
     rule, nodes, s_c = gauss_rule(states.nodes), states.nodes, float(states.s_c[0])
     theta, (fx,), (fy,) = float(states.theta[0]), states.fx, states.fy
     density, compliance = (values[0] for values in states.densities(rule.nodes))
+    making = Making(bore=states.rods[0, BORE], powers=tuple(states.rods[0, POWERS]))
     integral = rule.from_start / rule.weights
     rolls, resistance = _rolling(states, tip)
     size = 2 * nodes + 1 if rolls else nodes + 1
@@ -164,7 +174,9 @@ def _forms(states: RodStates, tip: TipMotion) -> _Forms:
     psi[:, nodes] = touch[nodes]
     phi = states.phi[0]
     free = _motion(psi, phi, density)
-    masses = rule.weights * density * diameter(arc_length(rule.nodes, theta, s_c), theta) ** 2
+    masses = (
+        rule.weights * density * mass_per_length(arc_length(rule.nodes, theta, s_c), theta, making)
+    )
 
     # Beyond the contact point: a truncated cone of its own, which starts with the slope ψ(s_c).
     thick, rest = float(diameter(s_c, theta)), 1.0 - s_c
@@ -172,11 +184,12 @@ def _forms(states: RodStates, tip: TipMotion) -> _Forms:
     s = s_c + rest * arc_length(rule.nodes, thick * theta, 1.0)
     tail_psi = np.zeros((nodes, size))
     if rolls:
-        bend = np.sqrt(rule.weights * softness * rest / stiffness(s_c, theta))
+        factor = stiffness(s_c, theta) * stiffness_factor(s, theta, making)
+        bend = np.sqrt(rule.weights * softness * rest / factor)
         tail_psi[:] = touch
         tail_psi[:, nodes + 1 :] = integral * bend
     beyond = _motion(tail_psi, _natural_turn(states, s), rest * tail_density)
-    tail_masses = rule.weights * rest * tail_density * diameter(s, theta) ** 2
+    tail_masses = rule.weights * rest * tail_density * mass_per_length(s, theta, making)
 
     load = rule.weights * density * (fx * np.cos(phi) + fy * np.sin(phi))
     stiff = np.eye(size) + psi.T @ (load[:, None] * psi) + resistance * np.outer(touch, touch)

@@ -11,7 +11,7 @@ from vibrissa.explorer.page import IDEAL, MOUNTED, PAPER, Preset, Recording, fit
 from vibrissa.outcomes import NO_RESULT, Contact, RodSection, SlipLaw
 from vibrissa.report.spelling import symbol
 from vibrissa.report.tables import POINT
-from vibrissa.study.axes import MOUNTING_AXES, in_list
+from vibrissa.study.axes import MOUNTING_AXES, POWERS, in_list
 from vibrissa.tables.counts import SCAN, rows_of, scan_keys
 from vibrissa.tables.query import Readable
 from vibrissa.wording import counted, figure_name
@@ -53,9 +53,9 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
 
 
 def _is_repeatable(scan: pd.Series) -> bool:
-    is_ideal = not scan[list(MOUNTING_AXES)].any() and pd.isna(scan["curvature_powers"])
+    mounting = scan[[*MOUNTING_AXES]].any() or scan[[*POWERS.values()]].notna().any()
     is_free = scan["law"] == SlipLaw.FREE and pd.notna(scan["mu0"])
-    return is_ideal and is_free and fits(dict(scan[list(POINT)]))
+    return not mounting and is_free and fits(dict(scan[list(POINT)]))
 
 
 def _steps(table: Readable, scans: pd.DataFrame) -> list[pd.DataFrame]:

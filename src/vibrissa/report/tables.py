@@ -11,7 +11,7 @@ import pandas as pd
 import pyarrow as pa
 
 from vibrissa.report.spelling import spell, spell_column, spell_unit, symbol
-from vibrissa.study.axes import LAW_AXES, MOUNTING_AXES, SURFACE_AXES
+from vibrissa.study.axes import LAW_AXES, MOUNTING_COLUMNS, POWERS, SURFACE_AXES
 from vibrissa.tables import query
 from vibrissa.tables.counts import SCAN, rows_of, scan_keys
 from vibrissa.tables.query import Readable
@@ -25,9 +25,8 @@ LEAST_ROWS, FEW = 4, 2
 DECIMALS = 9
 
 POINT = ("theta", "mu0", "eta", "dx0")
-MOUNTING = (*MOUNTING_AXES, "curvature_powers")
-# A curvature: its constant, and the other coefficients of a polynomial.
-CURVATURE = ("curvature", "curvature_powers")
+# Polynomials: their first coefficients, and the others.
+POLYNOMIALS = (*POWERS, *POWERS.values())
 SCAN_AXES = (*SURFACE_AXES, *LAW_AXES)
 REACTIONS = ("reaction_fx", "reaction_fy", "reaction_m")
 # Title and columns of each table that is shown.
@@ -118,7 +117,7 @@ def sections(found: Mapping[str, Readable]) -> list[Section]:
         if name not in SHOWN or not query.count(table):
             continue
         title, columns = SHOWN[name]
-        mounting = [axis for axis in MOUNTING if axis in table.schema.names]
+        mounting = [axis for axis in MOUNTING_COLUMNS if axis in table.schema.names]
         if name == "scans":
             note = "cycle, x0: largest value; loads on the clamp: smallest and largest value."
             rows = _scans(table, (*columns, *mounting))
@@ -148,7 +147,9 @@ def _trends(table: Readable, columns: Sequence[str], axes: Sequence[str]) -> pd.
     for part in query.batches(table, axes):
         for grid, rows in part.to_pandas().groupby("grid", sort=False):
             counts[str(grid)] += len(rows)
-            curved = rows[[*CURVATURE]].fillna("").itertuples(index=False, name=None)
+            curved = (
+                rows[[*POLYNOMIALS]].astype(object).fillna("").itertuples(index=False, name=None)
+            )
             bends.setdefault(str(grid), set()).update(curved)
             values = found.setdefault(str(grid), {axis: set() for axis in axes[1:]})
             for axis in values:
@@ -156,7 +157,7 @@ def _trends(table: Readable, columns: Sequence[str], axes: Sequence[str]) -> pd.
     most = max(MOST_ROWS // len(found), LEAST_ROWS)
     kept = []
     for grid, values in found.items():
-        others = [len(each) for axis, each in values.items() if axis not in CURVATURE]
+        others = [len(each) for axis, each in values.items() if axis not in POLYNOMIALS]
         if counts[grid] == len(bends[grid]) * math.prod(others):
             kept.append(_trend(table, columns, grid, values, most))
         else:

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import NoResponseError
-from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import ONSET_ACCURACY
@@ -203,7 +202,7 @@ class Response(States):
         a state a state of the rod, too), and states with x0 < 0 were solved.
         """
         curve = self.curve
-        dragged = len(curve.retraction) > 0 and curve.mounting == IDEAL
+        dragged = len(curve.retraction) > 0 and curve.mounting.is_ideal
         return dragged and curve.end is End.SWINGS_ASIDE
 
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from vibrissa.sensor.identification.summary import FrictionSummary as FrictionSummary
     from vibrissa.sensor.location import Located as Located
     from vibrissa.sensor.location import locate as locate
+    from vibrissa.sensor.measured import MeasuredRod as MeasuredRod
+    from vibrissa.sensor.measured import measured_rod as measured_rod
     from vibrissa.sensor.onset import WhiskerOnset as WhiskerOnset
     from vibrissa.sensor.onset import solve as solve
     from vibrissa.sensor.setup import Setup as Setup
@@ -38,6 +40,7 @@ __getattr__, __all__ = attached(
         "identification.result": "Identification",
         "identification.summary": "FrictionSummary",
         "location": "Located locate",
+        "measured": "MeasuredRod measured_rod",
         "onset": "WhiskerOnset solve",
         "setup": "Setup",
         "signals": "Signals scan",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibrissa.mechanics.mounting import CLAMP_SLOPE, polynomial
+from vibrissa.mechanics.taper import stiffness, stiffness_factor
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.quantities import series
@@ -178,10 +179,12 @@ def _stepped(
 
     def change(s: FloatArray, state: FloatArray) -> FloatArray:
         _, _, phi, m = state
-        stiffness = (1.0 - (1.0 - 1.0 / rod.theta) * s) ** 4
+        # A rod that is continued past its tip keeps the factor of the tip.
+        factor = stiffness_factor(np.minimum(s, 1.0), rod.theta, rod.mounting.making)
+        bent = m / (stiffness(s, rod.theta) * factor)
         natural = polynomial(curvature, s[:, None])[:, 0]
         sin, cos = np.sin(phi), np.cos(phi)
-        return np.array([cos, sin, m / stiffness + natural, fx * sin - fy * cos])
+        return np.array([cos, sin, bent + natural, fx * sin - fy * cos])
 
     first = change(s, state)
     second = change(s + 0.5 * step, state + 0.5 * step * first)

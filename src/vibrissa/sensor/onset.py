@@ -36,9 +36,9 @@ def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bend
 
 
 def largest_strain(curve: StickingCurve, end: float, begin: float = 0.0) -> Bending:
-    """Find the state of largest strain from x0 = `begin` to `end` (L); return its bending."""
+    """Find the state of largest stress from x0 = `begin` to `end` (L); return its bending."""
     found = strains_in([curve], [np.linspace(begin, end, STATES_OF_PERIOD)])
-    return found.take(np.atleast_1d(found.strain.argmax()))
+    return found.take(np.atleast_1d(found.stress.argmax()))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -29,7 +29,8 @@ from vibrissa.sensor.tolerances import check_name, read_tolerances
 from vibrissa.sensor.whisker import Whisker
 
 TOLERANCES = "tolerances"
-MOUNTING = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
+MOUNTING = ("clamp_angle", "clamp_compliance", "curvature", "bore", "stage_angle")
+STIFFENING = "stiffening"
 
 
 class Setup(Keyed):
@@ -71,6 +72,11 @@ class Setup(Keyed):
     curvature: Annotated[Measured, Kind.CURVATURE] = Measured(0)
     """Natural curvature, negative if the unloaded rod bends in the direction of motion:
     '-2 m^-1'."""
+    stiffening: Annotated[Measured, Kind.NUMBER] = Measured(0)
+    """Change c1 of Young's modulus along the rod, E(s)/E(0) = 1 + c1*s: '0.15 ± 0.05'; or c1, c2,
+    ... in 1 + c1*s + c2*s^2 + ...: '0.3, -0.1'."""
+    bore: Annotated[Measured, Kind.NUMBER] = Measured(0)
+    """Diameter of a bore over that of the base: 0.4."""
     stage_angle: Annotated[Measured, Kind.ANGLE] = Measured(0)
     """Angle of the stage to the surface, positive if the clamp approaches it: '1 deg'."""
     transducer: str | None = None
@@ -95,6 +101,8 @@ class Setup(Keyed):
         kind = cls.kinds().get(name)
         if kind is None:
             return value
+        if name == STIFFENING:
+            return _stiffening(value)
         allowed = isinstance(value, str | Real | Decimal) and not isinstance(value, bool)
         if not allowed:
             raise ArgumentError(f"{name} must be a number or a text in quotes, got {value!r}")
@@ -126,7 +134,7 @@ class Setup(Keyed):
     def stated(self) -> dict[str, Any]:
         """Keys and values that were given, in the notation of a set-up file."""
         return {
-            name: value.written if isinstance(value, Measured) else value
+            name: _written(name, value) if isinstance(value, Measured) else value
             for name, value in self
             if name in self.model_fields_set
         }
@@ -159,7 +167,9 @@ class Setup(Keyed):
             raise ArgumentError(
                 f"a rod needs modulus, diameter and length; missing: {', '.join(missing)}"
             )
-        return Rod(*(size for size in sizes.values() if size is not None))
+        bore = float(Kind.NUMBER.read(str(self.bore.value), "bore"))
+        solid = Rod(*(size for size in sizes.values() if size is not None))
+        return replace(solid, bore=bore)
 
     @property
     def has_whisker(self) -> bool:
@@ -196,7 +206,10 @@ class Setup(Keyed):
             contact=self.contact,
             section=self.section,
             rod=self.rod,
-            mounting=Mounting(**{name: self._read(name, units) for name in MOUNTING}),
+            mounting=Mounting(
+                **{name: self._read(name, units) for name in MOUNTING},
+                stiffening=_powers(self.stiffening),
+            ),
             wished=units.wished,
         )
         written = {name: getattr(self, name) for name in self.kinds()}
@@ -206,3 +219,31 @@ class Setup(Keyed):
 
     def _read(self, name: str, units: Units) -> float:
         return float(units.read(getattr(self, name).value, self.kinds()[name], name))
+
+
+def _stiffening(value: Any) -> Measured:
+    """Read the coefficients of the modulus: the first one may have a tolerance."""
+    texts = value if isinstance(value, list) else str(value).split(",")
+    first, *others = (Measured.read(str(one).strip()) for one in texts or [""])
+    for one in (first, *others):
+        one.check(Kind.NUMBER, STIFFENING)
+    if any(one.tolerance for one in others):
+        raise ArgumentError(f"{STIFFENING}: only c1 may have a tolerance, got {value!r}")
+    values = ", ".join(str(one.value).strip() for one in (first, *others))
+    read = Measured(values if others else first.value, first.tolerance)
+    Mounting(stiffening=_powers(read))
+    return read
+
+
+def _written(name: str, measured: Measured) -> Quantity:
+    """Write a quantity and its tolerance, which is that of the first coefficient of the modulus."""
+    first, comma, others = str(measured.value).partition(",")
+    if name != STIFFENING or not comma:
+        return measured.written
+    return f"{Measured(first, measured.tolerance).written},{others}"
+
+
+def _powers(stiffening: Measured) -> tuple[float, ...]:
+    """Coefficients c1, c2, … of the modulus."""
+    texts = str(stiffening.value).split(",")
+    return tuple(float(Kind.NUMBER.read(text, STIFFENING)) for text in texts)

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from vibrissa.errors import ArgumentError
+from vibrissa.limits import check_bore
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.units import Kind, Quantity, Units
@@ -40,6 +42,20 @@ class Whisker(MountedRod):
     tolerances: Mapping[str, float] = field(default_factory=dict, hash=False)
     wished: Mapping[Kind, str] = field(default_factory=dict, compare=False, repr=False)
 
+    def __post_init__(self) -> None:
+        """Refuse a bore that is not narrower than the tip, or is another one than that of `rod`.
+
+        Raises
+        ------
+        ArgumentError
+        """
+        check_bore(self.mounting.bore, self.theta)
+        if self.rod is not None and self.rod.bore != self.mounting.bore:
+            raise ArgumentError(
+                f"the bore of the rod is {self.rod.bore!r}, that of the mounting "
+                f"{self.mounting.bore!r} (d0): give both the same bore"
+            )
+
     @classmethod
     def read(cls, theta: Quantity, eta: Quantity, **properties: Any) -> "Whisker":
         """Read a whisker from quantities with units and tolerances.
@@ -50,7 +66,8 @@ class Whisker(MountedRod):
             Height: ``"85 ± 0.1 mm"``, or 0.85 in units of the length.
         **properties
             ``modulus``, ``diameter`` and ``length``, all three or none; ``contact``, ``section``,
-            ``clamp_angle``, ``clamp_compliance``, ``curvature`` and ``stage_angle``: see
+            ``clamp_angle``, ``clamp_compliance``, ``curvature``, ``stiffening``, ``bore`` and
+            ``stage_angle``: see
             `vibrissa.sensor.Setup`.
 
         Raises

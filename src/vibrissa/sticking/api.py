@@ -13,6 +13,7 @@ import numpy as np
 
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
+from vibrissa.limits import check_bore
 from vibrissa.mechanics.admissibility import TOLERANCE, clearances
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.equations import ends, shape
@@ -258,6 +259,7 @@ def _check(
             "theta is base over tip diameter and must lie between 1 and "
             f"{MOST_TAPER:g}, got {theta!r}"
         )
+    check_bore(mounting.bore, theta)
     if not 0.0 < eta < 1.0:
         divide = ": divide the height by the length L" if eta > 1.0 else ""
         raise ArgumentError(f"eta must lie between 0 and 1 (in units of L), got {eta!r}{divide}")
@@ -271,7 +273,9 @@ def _check(
     if method == Solver.SHOOTING and contact != Contact.POINT:
         raise ArgumentError(f"method {method!r} solves contact 'point' alone, got {contact!r}")
     if method == Solver.SHOOTING and mounting != IDEAL:
-        raise ArgumentError(f"method {method!r} solves the ideal mounting alone, got {mounting!r}")
+        raise ArgumentError(
+            f"method {method!r} solves the ideal mounting of a solid rod alone, got {mounting!r}"
+        )
 
 
 def solve_state(
@@ -663,7 +667,7 @@ def _end_of_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float
     """Describe how sticking of a locked tip ends."""
     x0, trail = told(float(stiction.ended.x0[0])), float(stiction.trail.x0[0])
     then = f" and trails behind the clamp until it slips at x0 = {told(trail)}"
-    if curve.mounting != IDEAL:
+    if not curve.mounting.is_ideal:
         then = "; in this mounting the motion beyond is not computed"
     elif np.isnan(trail):
         then = " and trails behind the clamp; its next slip was not found"

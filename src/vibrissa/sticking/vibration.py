@@ -3,6 +3,7 @@
 import numpy as np
 
 from vibrissa.errors import ArgumentError
+from vibrissa.limits import check_bore
 from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.mounting import IDEAL, Mounting, rod_columns
 from vibrissa.mechanics.states import SCALARS, ContactState, RodStates
@@ -50,7 +51,7 @@ def free_frequencies(theta: float, count: int = 2, mounting: Mounting = IDEAL) -
     count : int
         Number of frequencies.
     mounting : Mounting
-        Its compliance and the natural curvature count.
+        Its compliance, the natural curvature and the stiffness along the rod count.
 
     Returns
     -------
@@ -70,6 +71,7 @@ def free_frequencies(theta: float, count: int = 2, mounting: Mounting = IDEAL) -
     check_vibration(count, TipMotion.STICKS)
     if not 1.0 <= theta <= MOST_TAPER:
         raise ArgumentError(f"theta must lie between 1 and {MOST_TAPER:g}, got {theta!r}")
+    check_bore(mounting.bore, theta)
     rod = unloaded_states(np.array([theta], dtype=float), [mounting], needed_nodes(theta, count))
     return np.asarray(natural_frequencies(rod, count, TipMotion.FREE)[0])
 

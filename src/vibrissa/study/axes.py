@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Field, FiniteFloat, PlainSerializer
 
 from vibrissa.decimals import exact, spell
+from vibrissa.limits import MOST_POWERS, check_stiffening
 from vibrissa.outcomes import SlipLaw
 from vibrissa.study.sections import Section
 
@@ -34,6 +35,12 @@ def _trimmed(coefficients: list[float]) -> Value:
     return (first, *powers) if powers else first
 
 
+def _positive(powers: list[float]) -> list[float]:
+    """Refuse a modulus that is not positive on the whole rod."""
+    check_stiffening(powers)
+    return powers
+
+
 def in_list(written: Any) -> Any:
     """Return a list unchanged, and put any other value into a list."""
     return written if isinstance(written, list) else [written]
@@ -55,6 +62,15 @@ _Polynomial: TypeAlias = Annotated[
     BeforeValidator(in_list, json_schema_input_type=_Coefficient | list[_Coefficient]),
     AfterValidator(_trimmed),
 ]
+_Power: TypeAlias = Annotated[FiniteFloat, Field(ge=-1000, le=1000), _NO_FLAG]
+_Stiffening: TypeAlias = Annotated[
+    list[_Power],
+    Field(min_length=1, max_length=MOST_POWERS),
+    BeforeValidator(in_list, json_schema_input_type=_Power | list[_Power]),
+    AfterValidator(_positive),
+    AfterValidator(_trimmed),
+]
+_Bore: TypeAlias = Annotated[FiniteFloat, Field(ge=0, lt=1), _NO_FLAG]
 
 
 class Range(Section):
@@ -111,7 +127,7 @@ class Axis:
         return handler.generate_schema(Annotated[some, PlainSerializer(list), described])
 
 
-# The four parameters of a grid point, then the four of its rod's mounting (0 in the paper).
+# The four parameters of a grid point, then those of its rod's mounting (0 in the paper).
 AXES: Mapping[str, Axis] = {
     "theta": Axis("taper factor, diameter of base over tip, from 1 to 50", Theta),
     "mu0": Axis("coefficient of static friction, above 0", _Positive),
@@ -126,10 +142,20 @@ AXES: Mapping[str, Axis] = {
         "1, s, s^2, ...",
         _Polynomial,
     ),
+    "stiffening": Axis(
+        "change of Young's modulus along the rod, E(s)/E(0) = 1 + c1*s + c2*s^2 + ..., positive on "
+        "the whole rod: c1 from -1000 to 1000, or a list of c1, c2, ...",
+        _Stiffening,
+    ),
+    "bore": Axis("diameter of a bore in units of that of the base, from 0 to below 1/theta", _Bore),
     "stage_angle": Axis("angle of the stage to the surface in rad, from -1.5 to 1.5", _Angle),
 }
 # All other axes of a grid are properties of the mounting.
 MOUNTING_AXES = tuple(axis for axis in AXES if axis not in ("theta", "mu0", "eta", "dx0"))
+# Axes whose values may be polynomials, and the columns of their further coefficients.
+POWERS = {axis: f"{axis}_powers" for axis in ("curvature", "stiffening")}
+# Columns of the mounting.
+MOUNTING_COLUMNS = (*MOUNTING_AXES, *POWERS.values())
 # Columns of natural frequencies, in a study that asks for them.
 FREQUENCIES = ("frequency_1", "frequency_2")
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrissa.study.axes import MOUNTING_AXES, Values, sortable, spell_value
+from vibrissa.study.axes import MOUNTING_AXES, POWERS, Values, sortable, spell_value
 
 # Order of the axes in the rows of a table; the last axis varies fastest.
 ROW_ORDER = ("eta", "theta", *MOUNTING_AXES, "dx0", "mu0")
@@ -112,24 +112,27 @@ def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
     shape = [len(axes[axis]) for axis in ROW_ORDER]
     places = dict(zip(ROW_ORDER, np.unravel_index(rows, shape), strict=True))
     columns = columns_of({axis: axes[axis] for axis in ROW_ORDER})
-    places["curvature_powers"] = places["curvature"]
+    places |= {column: places[axis] for axis, column in POWERS.items()}
     return {name: column[places[name]] for name, column in columns.items()}
 
 
 def columns_of(points: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
     """Return values of axes as columns of a table.
 
-    The constant of a polynomial curvature is in the column ``curvature``, the other coefficients
-    are in ``curvature_powers``.
+    The first coefficient of a polynomial curvature is in the column ``curvature``, the others are
+    in ``curvature_powers``; and so are those of a stiffening.
     """
     columns = {
         axis: np.array([sortable(value)[0] for value in values]) for axis, values in points.items()
     }
-    powers = np.array([spell_powers(value) for value in points["curvature"]], dtype=object)
-    return {**columns, "curvature_powers": powers}
+    powers = {
+        column: np.array([spell_powers(value) for value in points[axis]], dtype=object)
+        for axis, column in POWERS.items()
+    }
+    return columns | powers
 
 
-def spell_powers(curvature: float | Sequence[float]) -> str | None:
-    """Format the coefficients of s, s², … in a natural curvature; None for a constant curvature."""
-    powers = sortable(curvature)[1:]
+def spell_powers(polynomial: float | Sequence[float]) -> str | None:
+    """Format the coefficients of a polynomial after the first one; None if there are none."""
+    powers = sortable(polynomial)[1:]
     return ", ".join(map(spell_value, powers)) if powers else None

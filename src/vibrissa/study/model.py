@@ -31,7 +31,7 @@ from vibrissa.study.claims import Claims
 from vibrissa.study.figures import FIGURE_KINDS, Figure, Sections
 from vibrissa.study.points import PointsChunk, PointsSection
 from vibrissa.study.scans import ScanChunk, ScanSection, scan_chunks, variants_of
-from vibrissa.study.sections import Count, Mistakes, Name, Section
+from vibrissa.study.sections import Count, Mistakes, Name, Section, check_bores
 from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant
 
 # Default largest number of points of a study: a table of 1 GB.
@@ -78,7 +78,16 @@ class GridSection(_Points):
     clamp_angle: Annotated[Values, AXES["clamp_angle"]] = (0.0,)
     clamp_compliance: Annotated[Values, AXES["clamp_compliance"]] = (0.0,)
     curvature: Annotated[Values, AXES["curvature"]] = (0.0,)
+    stiffening: Annotated[Values, AXES["stiffening"]] = (0.0,)
+    bore: Annotated[Values, AXES["bore"]] = (0.0,)
     stage_angle: Annotated[Values, AXES["stage_angle"]] = (0.0,)
+
+    @model_validator(mode="after")
+    def _has_walls(self) -> Self:
+        mistakes = Mistakes()
+        check_bores(mistakes, self.bore, self.theta)
+        mistakes.refuse()
+        return self
 
     def chunks(self, grid: str, by_step: bool, fixed: Mapping[str, int]) -> Iterator[Chunk]:
         """Cut the grid into chunks; `fixed` has the largest numbers of values and of rods."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, cast
 
 from pydantic import (
     Field,
@@ -17,8 +17,9 @@ from pydantic import (
     model_validator,
 )
 
-from vibrissa.errors import StudyError
-from vibrissa.study.axes import AXES, MOUNTING_AXES, Value, Values, sortable
+from vibrissa.errors import ArgumentError, StudyError
+from vibrissa.limits import check_bore
+from vibrissa.study.axes import AXES, MOUNTING_AXES, POWERS, Value, Values, sortable
 from vibrissa.study.chunks import MOST_RODS, minutes_for, number_of_points
 from vibrissa.study.sections import Mistakes, Section, in_words
 from vibrissa.study.surfaces import file_below, lines_of
@@ -240,6 +241,7 @@ def read_points(path: Path, common: Mapping[str, Value]) -> PointTable:
         if axis not in columns:
             columns[axis] = [common.get(axis, _DEFAULTS.get(axis, 0.0))] * len(cells.rows)
     table = PointTable(columns={axis: columns[axis] for axis in AXES})
+    _check_bores(table, cells)
     _check_doubles(table, cells)
     return table
 
@@ -337,7 +339,7 @@ def _check_columns(path: Path, cells: _Cells, common: Mapping[str, Value]) -> No
 def _validated(cells: _Cells, axis: str, columns: dict[str, Sequence[Value]]) -> Iterator[str]:
     """Check the values of an axis, and put them into `columns`; yield the mistakes."""
     written: Sequence[Any] = cells.columns[axis]
-    if axis == "curvature":
+    if axis in POWERS:
         written = [_with_coefficients(cell) for cell in written]
     try:
         numbers: Any = list[AXES[axis].number]  # type: ignore[misc]
@@ -353,6 +355,16 @@ def _with_coefficients(cell: Any) -> Any:
     """Split the coefficients of a polynomial, which are separated by spaces."""
     parts = cell.split() if isinstance(cell, str) else []
     return parts if len(parts) > 1 else cell
+
+
+def _check_bores(table: PointTable, cells: _Cells) -> None:
+    """Refuse rods whose bore is not narrower than their tip."""
+    pairs = zip(table.columns["bore"], table.columns["theta"], strict=True)
+    for row, (bore, theta) in enumerate(pairs):
+        try:
+            check_bore(cast("float", bore), cast("float", theta))
+        except ArgumentError as error:
+            raise StudyError(f"{cells.rows[row]}: bore: {error}") from None
 
 
 def _check_doubles(table: PointTable, cells: _Cells) -> None:

@@ -13,7 +13,7 @@ from vibrissa.decimals import exact
 from vibrissa.outcomes import SlipLaw
 from vibrissa.study.axes import AXES, LAW_AXES, MOUNTING_AXES, Values, in_list, spell_value
 from vibrissa.study.chunks import ROD, START, Chunk, chunks_of, number_of_points
-from vibrissa.study.sections import Count, Mistakes, Name, Section
+from vibrissa.study.sections import Count, Mistakes, Name, Section, check_bores
 from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant
 
 # Default largest number of values of each axis in a chunk, of surfaces, and of periods. A job then
@@ -38,6 +38,8 @@ class ScanSection(Section):
     clamp_angle: Annotated[Values, AXES["clamp_angle"]] = (0.0,)
     clamp_compliance: Annotated[Values, AXES["clamp_compliance"]] = (0.0,)
     curvature: Annotated[Values, AXES["curvature"]] = (0.0,)
+    stiffening: Annotated[Values, AXES["stiffening"]] = (0.0,)
+    bore: Annotated[Values, AXES["bore"]] = (0.0,)
     stage_angle: Annotated[tuple[float, ...], AXES["stage_angle"]] = (0.0,)
     surface: Annotated[list[Name] | None, BeforeValidator(in_list, str | list[str])] = Field(
         default=None, description="name of a surface, or a list of names; in place of mu0"
@@ -90,6 +92,7 @@ class ScanSection(Section):
         if SlipLaw.DAMPED not in self.law and self.damping is not None:
             text = "the law damped alone has a damping; remove damping, or add the law damped"
             mistakes.add(text, "damping")
+        check_bores(mistakes, self.bore, self.theta)
         for place, (begin, end) in enumerate(pairwise([0.0, *(self.to or ())])):
             if abs(exact(end) - exact(begin)) < exact(max(self.dx0)):
                 text = f"each part of the path must be at least one step dx0 = {max(self.dx0):g}"

@@ -1,9 +1,13 @@
 """Common base of the sections of a study file."""
 
+from collections.abc import Sequence
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import ErrorDetails, PydanticCustomError
+
+from vibrissa.errors import ArgumentError
+from vibrissa.limits import check_bore
 
 # Place of a mistake in a section, and its message.
 Mistake: TypeAlias = tuple[tuple[str | int, ...], str]
@@ -45,6 +49,14 @@ class Mistakes(list[Mistake]):
         """Raise an error if there are mistakes."""
         if self:
             raise PydanticCustomError("mistakes", "mistakes", {"mistakes": list(self)})
+
+
+def check_bores(mistakes: Mistakes, bores: Sequence[Any], tapers: Sequence[Any]) -> None:
+    """Find a bore that is not narrower than the thinnest tip."""
+    try:
+        check_bore(max(bores), max(tapers))
+    except ArgumentError as error:
+        mistakes.add(f"{error} at theta = {max(tapers):g}", "bore")
 
 
 def in_words(error: ErrorDetails) -> str:

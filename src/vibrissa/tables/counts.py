@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vibrissa.errors import TableError
 from vibrissa.outcomes import Status
-from vibrissa.study.axes import AXES, LAW_AXES, SURFACE_AXES
+from vibrissa.study.axes import AXES, LAW_AXES, POWERS, SURFACE_AXES
 from vibrissa.tables import query
 from vibrissa.wording import counted
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 # What identifies a scan.
-SCAN = ("scan", *AXES, "curvature_powers", "surface", *SURFACE_AXES, *LAW_AXES)
+SCAN = ("scan", *AXES, *POWERS.values(), "surface", *SURFACE_AXES, *LAW_AXES)
 _NOUNS = {
     "stiction": "grid point",
     "scans": "scan",

@@ -27,6 +27,7 @@ from vibrissa.study.axes import (
     FRICTION_AXES,
     LAW_AXES,
     MOUNTING_AXES,
+    POWERS,
     SURFACE_AXES,
     Values,
     sortable,
@@ -193,9 +194,9 @@ def scan_tables(
         Number of natural frequencies to compute at each step.
     """
     rod = point
-    point = {**point, "curvature_powers": spell_powers(point["curvature"])}
-    point["curvature"] = sortable(point["curvature"])[0]
-    keys = (*AXES, "curvature_powers", "surface", *SURFACE_AXES, *LAW_AXES)
+    powers = {column: spell_powers(point[axis]) for axis, column in POWERS.items()}
+    point = {**point, **powers, **{axis: sortable(point[axis])[0] for axis in POWERS}}
+    keys = (*AXES, *POWERS.values(), "surface", *SURFACE_AXES, *LAW_AXES)
     same = {
         **{"study": study, "method": method, "scan": name},
         **{key: point.get(key) for key in keys},

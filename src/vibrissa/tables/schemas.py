@@ -5,10 +5,10 @@ from importlib.resources import files
 
 import pyarrow as pa
 
-from vibrissa.study.axes import AXES, LAW_AXES, SURFACE_AXES
+from vibrissa.study.axes import AXES, LAW_AXES, POWERS, SURFACE_AXES
 
 # To be raised when a column changes its meaning, name or type: older files are then refused.
-SCHEMA_VERSION = "9"
+SCHEMA_VERSION = "10"
 
 NONE = "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
@@ -127,8 +127,8 @@ def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
     return pa.schema(fields, {"vibrissa.table": table, "vibrissa.schema": SCHEMA_VERSION})
 
 
-# The axes, and the coefficients of a polynomial curvature.
-_POINT = f"{' '.join(AXES)} curvature_powers"
+# The axes, and the further coefficients of polynomials.
+_POINT = " ".join((*AXES, *POWERS.values()))
 # The axes of scans that a point does not have.
 _SCAN = f"surface {' '.join(SURFACE_AXES | LAW_AXES)}"
 _SHAPE = "shape_s shape_x shape_y shape_phi"

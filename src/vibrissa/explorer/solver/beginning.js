@@ -2,7 +2,7 @@
 
 import { bracketedRoot } from "./numerics/roots.js";
 import { gaussRule } from "./numerics/spectral.js";
-import { CLAMP_SLOPE, isIdealRod, scaledMounting } from "./rod/mounting.js";
+import { CLAMP_SLOPE, isIdealRod, isSolid, scaledMounting } from "./rod/mounting.js";
 import { solvedState } from "./rod/newton.js";
 import { Rod } from "./rod/rod.js";
 import { slidesStably } from "./rod/stability.js";
@@ -26,7 +26,7 @@ const SHORTEST_PART = 1e-4;
 export function beginningOf(rod, eta, model) {
   const ideal = firstState(new Rod(rod.theta, rod.nodes), eta, model);
   if (!ideal) return "";
-  if (isIdealRod(rod.mounting)) return { state: ideal, ideal };
+  if (isIdealRod(rod.mounting) && isSolid(rod.mounting)) return { state: ideal, ideal };
   const state = mountedState(rod, ideal, eta, model);
   return typeof state === "string" ? state : { state, ideal };
 }

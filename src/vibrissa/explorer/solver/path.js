@@ -24,6 +24,9 @@ const ROUNDING = 1e-9;
  */
 export function solvedPath(given, fewest = 0) {
   const { theta, eta, contact, mounting = IDEAL } = given;
+  if ((mounting.making?.bore ?? 0) * theta >= 1) {
+    return { path: null, message: "the bore is wider than the tip: try a smaller bore, or a θ closer to 1" };
+  }
   let message = "no state with α = 0 was found: try a larger η or a θ closer to 1";
   for (const nodes of NODES.filter((count) => count >= fewest)) {
     const rod = new Rod(theta, nodes, mounting);

@@ -20,6 +20,8 @@ export const DEFAULTS = {
   compliance: 0,
   kappa0: 0,
   kappa1: 0,
+  stiffening: 0,
+  bore: 0,
   delta: 0,
 };
 
@@ -47,6 +49,10 @@ export const MOUNTING_NUMBERS = [
     help: "Curvature of the unloaded rod. A rod with negative curvature bends away from the surface." },
   { key: "kappa1", symbol: "κ1", label: "increase of κ0 up to the tip", min: -1, max: 1, step: 0.01, unit: "1/L",
     help: "The natural curvature changes linearly from κ0 at the clamp to κ0 + κ1 at the tip." },
+  { key: "stiffening", symbol: "c1", label: "stiffening towards the tip", min: -0.9, max: 10, step: 0.01,
+    help: "Young’s modulus changes linearly from E at the clamp to (1 + c1)·E at the tip." },
+  { key: "bore", symbol: "b", label: "bore of a tube", min: 0, max: 0.95, step: 0.01, unit: "d0",
+    help: "Inner diameter, the same along the rod. It must be below 1/θ, the diameter of the tip." },
   { key: "delta", symbol: "δ", label: "angle of the stage", min: -6, max: 6, step: 0.1, unit: "°",
     help: "Positive if the clamp approaches the surface as it moves. Each period then differs; slips are not animated." },
 ];
@@ -91,9 +97,10 @@ export function lawOf({ law, delta }) {
 }
 
 /** @type {(settings: Settings) => Mounting} */
-export function mountingOf({ beta, compliance, kappa0, kappa1, delta }) {
+export function mountingOf({ beta, compliance, kappa0, kappa1, stiffening, bore, delta }) {
   const radian = Math.PI / 180;
-  return { angle: radian * beta, compliance, curvature: [kappa0, kappa1], stage: radian * delta };
+  const making = { powers: [stiffening], bore };
+  return { angle: radian * beta, compliance, curvature: [kappa0, kappa1], stage: radian * delta, making };
 }
 
 /** The text after the # of an address. @type {(shared: Shared) => string} */

@@ -15,9 +15,9 @@ export function plainName(name) {
 export const scaled = (values, factor) => values.map((value) => factor * value);
 
 /** L, E·I0/L² and E·I0/L in mm, N and N·mm. @type {(whisker: Whisker) => Record<"length" | "force" | "moment", number>} */
-function scalesOf({ modulus, diameter, length }) {
+function scalesOf({ modulus, diameter, length, bore }) {
   // GPa = 10³ N/mm²
-  const stiffness = (1e3 * modulus * Math.PI * diameter ** 4) / 64;
+  const stiffness = (1e3 * modulus * Math.PI * diameter ** 4 * (1 - bore ** 4)) / 64;
   return { length, force: stiffness / length ** 2, moment: stiffness / length };
 }
 

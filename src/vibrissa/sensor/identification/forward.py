@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import NoResponseError
-from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.scanning.heights import (
@@ -38,7 +37,7 @@ from vibrissa.scanning.heights import (
 )
 from vibrissa.scanning.response import Response, States, responses
 from vibrissa.scanning.stage import Held, Stage
-from vibrissa.sensor.identification.parameters import OF_ROD, STEP
+from vibrissa.sensor.identification.parameters import OF_MOUNTING, OF_ROD, STEP
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
@@ -73,18 +72,11 @@ def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
 
     The height of the result is in units of its own length.
     """
-    mounting = given.mounting
-    first, *others = mounting.coefficients
     return replace(
         given,
         theta=given.theta + size["theta"],
         eta=(given.eta + size["eta"] - size["tip_radius"]) / (1.0 + size["length"]),
-        mounting=Mounting(
-            clamp_angle=mounting.clamp_angle + size["clamp_angle"],
-            clamp_compliance=mounting.clamp_compliance + size["clamp_compliance"],
-            curvature=(first + size["curvature"], *others),
-            stage_angle=mounting.stage_angle + size["stage_angle"],
-        ),
+        mounting=given.mounting.shifted(**{name: size[name] for name in OF_MOUNTING}),
     )
 
 

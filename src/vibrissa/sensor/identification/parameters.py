@@ -6,7 +6,7 @@ from itertools import permutations
 
 import numpy as np
 
-from vibrissa.mechanics.taper import MOST_TAPER
+from vibrissa.mechanics.taper import MOST_TAPER, modulus
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.heights import HIGHEST, LOWEST
 from vibrissa.sensor.tolerances import TOLERABLE
@@ -14,7 +14,9 @@ from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
 # Parameters whose change needs another rod solved.
-OF_ROD = ("theta", "clamp_angle", "clamp_compliance", "curvature")
+OF_ROD = ("theta", "clamp_angle", "clamp_compliance", "curvature", "stiffening")
+# Parameters of the mounting.
+OF_MOUNTING = (*OF_ROD[1:], "stage_angle")
 CREEP, SLOPE = "creep", "surface_slope"
 # Quantities that change the measured ratio of the forces. An inclination of the surface against the
 # transducer has the same effect as a turn of the transducer.
@@ -37,6 +39,9 @@ STEP, STEP_IN_GAP = 1e-4, 1e-3
 # Largest angle (rad), curvature (1/L) and radius of the tip (L), and least part of a given size or
 # scale, that is tried for a set-up.
 MOST_ANGLE, MOST_CURVED, LEAST_SCALE, ROUNDEST = 0.25 * np.pi, 5.0, 0.1, 0.02
+# Largest part of the modulus that is taken away, and of the tip that is bored; places along the rod
+# (L) at which the modulus is compared.
+LEAST_WALL, PLACES = 0.95, np.linspace(0.01, 1.0, 100)
 # Number of half waves of a drift. All further half waves have 0.11 of the line's deviation.
 WAVES = 8
 # Matrices that, times the loads, are the change of the readings per unit of a parameter: E, d0⁴,
@@ -110,8 +115,12 @@ def ranges_of(given: Whisker | None) -> dict[str, Range]:
         return {}
     mounting = given.mounting
     scale = Range(low=LEAST_SCALE - 1.0)
+    # The tip of a tube is thicker than its bore.
+    thinnest = min(MOST_TAPER, LEAST_WALL / mounting.bore) if mounting.bore else MOST_TAPER
+    # The modulus stays positive: its change c1·s may take a part of it away.
+    least = np.min(modulus(PLACES, mounting.making) / PLACES)
     return {
-        "theta": Range(low=1.0 - given.theta, high=MOST_TAPER - given.theta),
+        "theta": Range(low=1.0 - given.theta, high=thinnest - given.theta),
         # Downwards, as forces are singular where the rod is upright.
         "eta": Range(
             low=LOWEST - given.eta,
@@ -127,6 +136,7 @@ def ranges_of(given: Whisker | None) -> dict[str, Range]:
         "clamp_compliance": Range(low=-mounting.clamp_compliance),
         # A rod that lies on the surface has no neighbour that is curved towards the surface.
         "curvature": Range(low=-MOST_CURVED, high=MOST_CURVED, step=-STEP),
+        "stiffening": Range(low=-LEAST_WALL * float(least)),
         "tip_radius": Range(low=0.0, high=min(ROUNDEST, given.eta - LOWEST)),
         "transducer_angle": Range(low=-MOST_ANGLE, high=MOST_ANGLE),
         "modulus": scale,

@@ -7,6 +7,14 @@ import numpy as np
 
 from vibrissa.mechanics.buckling import buckled_unknowns
 from vibrissa.mechanics.equations import FX, ClosingCondition, bending_moment, ends
+from vibrissa.mechanics.mounting import (
+    BORE,
+    CLAMP_ANGLE,
+    CLAMP_COMPLIANCE,
+    CURVATURE,
+    POWERS,
+    THETA,
+)
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
@@ -69,10 +77,12 @@ def begin(
     rods: FloatArray, eta: FloatArray, stage_angle: FloatArray, nodes: int, model: Contact
 ) -> Beginning:
     """Solve the α = 0 states in which the branches of rods begin; `stage_angle` is δ (rad)."""
-    ideal, found = _ideal_states(rods[:, 0], eta, nodes, model)
+    upright = rods.copy()
+    upright[:, [CLAMP_ANGLE, CLAMP_COMPLIANCE]] = upright[:, CURVATURE] = 0.0
+    ideal, found = _ideal_states(upright, eta, nodes, model)
     missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
-    states = replace(ideal, rods=np.pad(ideal.rods, [(0, 0), (0, rods.shape[1] - 3)]))
-    mounted = np.flatnonzero(found & rods[:, 1:].any(axis=1))
+    states = ideal
+    mounted = np.flatnonzero(found & (rods != upright).any(axis=1))
     if len(mounted):
         first, height = states.take(mounted), eta[mounted]
         solved, share = _homotopy(first, rods[mounted], height, height, model, 1.0)
@@ -107,28 +117,37 @@ def _reasons(states: RodStates, share: FloatArray) -> list[tuple[Status, str]]:
 
 
 def _ideal_states(
-    theta: FloatArray, eta: FloatArray, nodes: int, model: Contact
+    rods: FloatArray, eta: FloatArray, nodes: int, model: Contact
 ) -> tuple[RodStates, BoolArray]:
     """Solve α = 0 states in the ideal mounting, and mark those that were found."""
-    states, found = _buckled_states(theta, eta, nodes)
+    solid = rods.copy()
+    solid[:, BORE] = solid[:, POWERS] = 0.0
+    states, found = _buckled_states(solid, eta, nodes)
     lies = found & (ends(states).phi1 < 0.0) & (model is Contact.LINE)
     rows = np.flatnonzero(~found | lies)
     if len(rows):
         # Lower the surface step by step.
         high = np.full(len(rows), HIGHEST)
-        first, _ = _buckled_states(theta[rows], high, nodes)
+        first, _ = _buckled_states(solid[rows], high, nodes)
         lowest, share = _homotopy(first, first.rods, high, eta[rows], model, FIRST_SHARE)
         states = states.with_rows(rows, lowest)
         found[rows] = share >= 1.0
-    return states, found
+    made = np.flatnonzero(found & (rods != solid).any(axis=1))
+    if len(made):
+        # Change the stiffness along the rods step by step.
+        first, height = states.take(made), eta[made]
+        stiffened, share = _homotopy(first, rods[made], height, height, model, 1.0)
+        states = states.with_rows(made, stiffened)
+        found[made] = share >= 1.0
+    return replace(states, rods=rods), found
 
 
-def _buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[RodStates, BoolArray]:
+def _buckled_states(rods: FloatArray, eta: FloatArray, nodes: int) -> tuple[RodStates, BoolArray]:
     """Solve α = 0 states from the buckling mode; mark first-mode states bent towards +x."""
     guess = RodStates(
-        rods=np.column_stack([theta, np.zeros((len(theta), 2))]),
-        unknowns=buckled_unknowns(theta, eta, nodes),
-        line=np.zeros(len(theta), dtype=bool),
+        rods=rods,
+        unknowns=buckled_unknowns(rods[:, THETA], eta, nodes),
+        line=np.zeros(len(rods), dtype=bool),
     )
     states, converged, _ = solve(guess, ClosingCondition.prescribing(eta, {FX: 1.0}))
     # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image

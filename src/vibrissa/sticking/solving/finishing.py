@@ -8,6 +8,7 @@ from numpy.polynomial import chebyshev
 
 from vibrissa.mechanics.admissibility import LIMITS, TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
+from vibrissa.mechanics.mounting import CURVATURE
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import (
@@ -99,7 +100,7 @@ def finished(
     nearest = looked.smallest.min(axis=1)
     for row in range(len(parts)):
         level = np.empty(0)
-        if parts.rods.shape[1] > 3 and not parts.line[row]:
+        if parts.rods.shape[1] > CURVATURE.start and not parts.line[row]:
             level = _level(found.loads[row, :, 4])
         if len(level) or nearest[row] < CLOSE:
             part, at = found.take([row]), np.union1d(position, level)

@@ -51,6 +51,33 @@ export function bendingCoordinate(theta, sc, s) {
   return (s * g) / (theta * sc - b * s);
 }
 
+/**
+ * Factor e(s) of the bending stiffness, from the modulus along the rod and a bore: (1a) of docs/model.md.
+ * @type {(theta: number, making: Making, s: number) => number}
+ */
+export function stiffnessFactor(theta, { powers, bore }, s) {
+  const rise = powers.reduceRight((sum, power) => (sum + power) * s, 0);
+  const hollow = (bore / diameter(theta, s)) ** 4;
+  return ((1 + rise) * (1 - hollow)) / (1 - bore ** 4);
+}
+
+/**
+ * Logarithmic derivative of `stiffnessFactor` with respect to s.
+ * @type {(theta: number, making: Making, s: number) => number}
+ */
+export function stiffnessGrowth(theta, { powers, bore }, s) {
+  const rise = powers.reduceRight((sum, power) => (sum + power) * s, 0);
+  const slope = powers.reduceRight((sum, power, k) => sum * s + (k + 1) * power, 0);
+  const d = diameter(theta, s);
+  const hollow = (bore / d) ** 4;
+  return slope / (1 + rise) - ((4 * hollow) / (1 - hollow)) * ((1 - 1 / theta) / d);
+}
+
+/** Diameter (d0). @type {(theta: number, s: number) => number} */
+function diameter(theta, s) {
+  return 1 - (1 - 1 / theta) * s;
+}
+
 /** Arc length s(τ). @type {(theta: number, sc: number, tau: number) => number} */
 export function arcLength(theta, sc, tau) {
   const { g, b } = inverseDiameter(theta, sc);

@@ -2,6 +2,8 @@
 
 /** @type {Mounting} */
 export const IDEAL = { angle: 0, compliance: 0, curvature: [0], stage: 0 };
+/** @type {Making} */
+export const SOLID = { powers: [], bore: 0 };
 /** Slope of the rod at an upright, rigid clamp. */
 export const CLAMP_SLOPE = Math.PI / 2;
 /** Number of intervals over which the natural shape of a tail is integrated. */
@@ -12,7 +14,12 @@ export function isStraight({ curvature }) {
   return curvature.every((value) => value === 0);
 }
 
-/** Whether clamp and rod are the paper's. @type {(mounting: Mounting) => boolean} */
+/** Whether the rod is solid and of one material. @type {(mounting: Mounting) => boolean} */
+export function isSolid({ making = SOLID }) {
+  return making.bore === 0 && making.powers.every((value) => value === 0);
+}
+
+/** Whether the clamp is the paper's and the rod straight. @type {(mounting: Mounting) => boolean} */
 export function isIdealRod(mounting) {
   return mounting.angle === 0 && mounting.compliance === 0 && isStraight(mounting);
 }
@@ -32,12 +39,13 @@ export function naturalSlope({ angle, curvature }, s) {
  * Mounting with a share of the deviations of clamp and rod from the ideal; the stage stays the same.
  * @type {(mounting: Mounting, share: number) => Mounting}
  */
-export function scaledMounting({ angle, compliance, curvature, stage }, share) {
+export function scaledMounting({ angle, compliance, curvature, stage, making = SOLID }, share) {
   return {
     angle: share * angle,
     compliance: share * compliance,
     curvature: curvature.map((value) => share * value),
     stage,
+    making: { powers: making.powers.map((value) => share * value), bore: share * making.bore },
   };
 }
 

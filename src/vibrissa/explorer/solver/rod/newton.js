@@ -1,6 +1,6 @@
 // Newton's iteration for one state: residuals of (E1) to (E4) of docs/model.md and their Jacobian.
 
-import { arcGrowth, arcLengthGrowth, arcLength, complianceGrowths } from "./cone.js";
+import { arcGrowth, arcLengthGrowth, arcLength } from "./cone.js";
 import { isStraight, naturalCurvature } from "./mounting.js";
 import { factorised, product, solved } from "../numerics/linear.js";
 
@@ -105,14 +105,12 @@ function turnedChange(rod, parts, unknowns, lies) {
  * Derivative of `turned`, less that of the natural slopes, with respect to s_c.
  * @type {(rod: Rod, sc: number, parts: NodeValues) => Float64Array}
  */
-function turnedGrowth({ theta, rule, mounting }, sc, { arc, gradient, kernel }) {
+function turnedGrowth(rod, sc, { arc, gradient, kernel }) {
+  const { theta, rule, mounting } = rod;
   const grown = gradient.map((value, k) => value * arcGrowth(theta, sc, rule.nodes[k]));
   const sum = product(kernel, grown);
-  const factors = complianceGrowths(theta, sc);
-  for (let power = 0; power < factors.length; power += 1) {
-    const part = product(rule.kernels[power], gradient);
-    for (let i = 0; i < sum.length; i += 1) sum[i] += factors[power] * part[i];
-  }
+  const part = product(rod.kernelGrowth(sc), gradient);
+  for (let i = 0; i < sum.length; i += 1) sum[i] += part[i];
   for (let i = 0; i < sum.length && !isStraight(mounting); i += 1) {
     const tau = i < arc.length ? rule.nodes[i] : 1;
     const curvature = naturalCurvature(mounting, arcLength(theta, sc, tau));

@@ -1,7 +1,18 @@
 // A tapered rod: its shape and forces on a number of nodes, (E1) to (E4) of docs/model.md.
 
-import { arcDensity, arcGrowth, arcLength, bendingCoordinate, compliance, compliances } from "./cone.js";
-import { IDEAL, isStraight, naturalSlope, tailOf } from "./mounting.js";
+import {
+  arcDensity,
+  arcGrowth,
+  arcLength,
+  arcLengthGrowth,
+  bendingCoordinate,
+  compliance,
+  complianceGrowths,
+  compliances,
+  stiffnessFactor,
+  stiffnessGrowth,
+} from "./cone.js";
+import { IDEAL, SOLID, isSolid, isStraight, naturalSlope, tailOf } from "./mounting.js";
 import { product } from "../numerics/linear.js";
 import { gaussRule, legendre, legendreIntegrals } from "../numerics/spectral.js";
 
@@ -17,24 +28,73 @@ export class Rod {
     this.nodes = nodes;
     this.mounting = mounting;
     this.rule = gaussRule(nodes);
-    this.tipKernel = this.kernel(compliances(theta, 1));
+    this.solid = isSolid(mounting);
+    this.making = mounting.making ?? SOLID;
+    this.tipKernel = this.kernel(1);
     this.straight = isStraight(mounting);
     this.tipSlopes = this.naturalSlopes(1);
     this.tipArc = this.arcs(1);
   }
 
+  /** B⁻¹·ds/dτ. @type {(sc: number, tau: number) => number} */
+  compliance(sc, tau) {
+    const { theta, making } = this;
+    const cone = compliance(theta, sc, tau);
+    return this.solid ? cone : cone / stiffnessFactor(theta, making, arcLength(theta, sc, tau));
+  }
+
   /**
-   * Matrix of the double integral in (E1), from the factors of 1, τ and τ² in the compliance. A yielding
-   * clamp adds the matrix of c·m(0), an integral of the same gradient.
-   * @type {(factors: number[]) => Float64Array}
+   * Matrix of the double integral in (E1). A yielding clamp adds the matrix of c·m(0), an integral of the
+   * same gradient.
+   * @type {(sc: number) => Float64Array}
    */
-  kernel(factors) {
-    const [k0, k1, k2] = this.rule.kernels;
-    const [a, b, c] = factors;
-    const sum = k0.map((value, i) => a * value + b * k1[i] + c * k2[i]);
+  kernel(sc) {
+    const sum = this.solid
+      ? this.coneIntegral(compliances(this.theta, sc))
+      : this.doubleIntegral(this.rule.nodes.map((tau) => this.compliance(sc, tau)));
     const turn = this.mounting.compliance;
     const { weights, count } = this.rule;
     return turn === 0 ? sum : sum.map((value, i) => value + turn * weights[i % count]);
+  }
+
+  /**
+   * Matrix of the double integral of a solid cone, from the factors of 1, τ and τ² in its compliance.
+   * @type {(factors: number[]) => Float64Array}
+   */
+  coneIntegral([a, b, c]) {
+    const [k0, k1, k2] = this.rule.kernels;
+    return k0.map((value, i) => a * value + b * k1[i] + c * k2[i]);
+  }
+
+  /**
+   * Matrix of the double integral, from values that stand for the compliance at the nodes.
+   * @type {(values: Float64Array) => Float64Array}
+   */
+  doubleIntegral(values) {
+    const { count, weights, fromStart } = this.rule;
+    const sum = new Float64Array((count + 1) * count);
+    for (let i = 0; i <= count; i += 1) {
+      for (let j = 0; j < count; j += 1) {
+        const part = fromStart[i * count + j] * values[j];
+        for (let k = 0; k < count; k += 1) sum[i * count + k] += part * (weights[k] - fromStart[j * count + k]);
+      }
+    }
+    return sum;
+  }
+
+  /** Derivative by s_c of the matrix of the double integral. @type {(sc: number) => Float64Array} */
+  kernelGrowth(sc) {
+    const { theta, making, rule } = this;
+    const [a, b, c] = complianceGrowths(theta, sc);
+    if (this.solid) return this.coneIntegral([a, b, c]);
+    const growths = rule.nodes.map((tau) => {
+      const s = arcLength(theta, sc, tau);
+      const cone = a + tau * (b + tau * c);
+      const factor = stiffnessFactor(theta, making, s);
+      const growth = stiffnessGrowth(theta, making, s) * arcLengthGrowth(theta, sc, tau);
+      return cone / factor - this.compliance(sc, tau) * growth;
+    });
+    return this.doubleIntegral(growths);
   }
 
   /** ds/dτ at the nodes. @type {(sc: number) => Float64Array} */
@@ -50,11 +110,11 @@ export class Rod {
 
   /** @type {(unknowns: Float64Array) => NodeValues} */
   parts(unknowns) {
-    const { nodes: count, rule, theta } = this;
+    const { nodes: count, rule } = this;
     const fx = unknowns[count];
     const fy = unknowns[count + 1];
     const sc = unknowns[count + 2];
-    const kernel = sc === 1 ? this.tipKernel : this.kernel(compliances(theta, sc));
+    const kernel = sc === 1 ? this.tipKernel : this.kernel(sc);
     // The natural slopes of a straight rod do not depend on s_c.
     const natural = sc === 1 || this.straight ? this.tipSlopes : this.naturalSlopes(sc);
     const arc = sc === 1 ? this.tipArc : this.arcs(sc);
@@ -110,7 +170,7 @@ export class Rod {
     const { nodes, weights } = this.rule;
     const sc = unknowns[this.nodes + 2];
     const rod = this.moments(unknowns).reduce(
-      (sum, m, i) => sum + 0.5 * weights[i] * m * m * compliance(this.theta, sc, nodes[i]),
+      (sum, m, i) => sum + 0.5 * weights[i] * m * m * this.compliance(sc, nodes[i]),
       0,
     );
     const turn = this.mounting.compliance;

@@ -1,6 +1,5 @@
 // Whether a state is a minimum of the energy: in its plane, and out of it.
 
-import { compliance } from "./cone.js";
 import { CLAMP_SLOPE, naturalCurvature } from "./mounting.js";
 import { determinant, factorised, isPositive } from "../numerics/linear.js";
 
@@ -22,7 +21,7 @@ export function slidesStably(rod, state) {
   const root = new Float64Array(size);
   const slope = new Float64Array(count * size);
   for (let k = 0; k < count; k += 1) {
-    root[k] = Math.sqrt(rule.weights[k] * compliance(rod.theta, state.sc, rule.nodes[k]));
+    root[k] = Math.sqrt(rule.weights[k] * rod.compliance(state.sc, rule.nodes[k]));
   }
   root[count] = Math.sqrt(mounting.compliance);
   const [load, held] = [new Float64Array(count), new Float64Array(size)];
@@ -126,7 +125,7 @@ function rotations(rod, state, sin, cos) {
   const { nodes: count, rule } = rod;
   const size = 2 * count + 1;
   const [along, across] = [new Float64Array(count * size), new Float64Array(count * size)];
-  const bend = rule.nodes.map((tau, k) => Math.sqrt(rule.weights[k] * compliance(rod.theta, state.sc, tau)));
+  const bend = rule.nodes.map((tau, k) => Math.sqrt(rule.weights[k] * rod.compliance(state.sc, tau)));
   const twist = bend.map((value) => Math.sqrt(1 + POISSON) * value);
   const [x, y] = clampTurn(rod, state.m);
   for (let i = 0; i < count; i += 1) {
