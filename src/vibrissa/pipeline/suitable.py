@@ -8,6 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from vibrissa.errors import StudyError
+from vibrissa.study.model import Study
+from vibrissa.study.sections import Mistakes
 from vibrissa.study.yaml12 import loaded, text_of
 
 DIRECTORY = ("--directory", "-d")
@@ -36,6 +38,15 @@ def unsuitable(arguments: list[str]) -> str:
             except StudyError as error:
                 return str(error)
     return ""
+
+
+def readings(study: Study) -> Mistakes:
+    """Find mistakes in the section `readings`; a second to load, but only if there is one."""
+    if not study.readings:
+        return Mistakes()
+    from vibrissa.readings.checks import misfits
+
+    return misfits(study)
 
 
 def _executor(arguments: list[str]) -> str:

@@ -109,6 +109,19 @@ class Texture:
             stop=self.stop / part,
         )
 
+    def in_lengths(self, unit: float) -> "Texture":
+        """Return the texture with all lengths in units of another length, `unit` (L)."""
+        return replace(
+            self,
+            height=lambda x: self.height(np.asarray(x) * unit) / unit,
+            slope=lambda x: self.slope(np.asarray(x) * unit),
+            breaks=lambda begin, end: self.breaks(begin * unit, end * unit) / unit,
+            low=self.low / unit,
+            high=self.high / unit,
+            start=self.start / unit,
+            stop=self.stop / unit,
+        )
+
     def traced(self, radius: float, start: float, stop: float) -> "Texture":
         """Return the profile that the lowest point of a ball traces (ISO 3274).
 
@@ -315,7 +328,7 @@ def measured(x: ArrayLike, height: ArrayLike) -> Texture:
         raise ArgumentError(
             f"positions of heights must increase: number {falls[0] + 2} is not above the one before"
         )
-    return _pieces(PPoly(np.stack([np.diff(values) / np.diff(at), values[:-1]]), at))
+    return splined(PPoly(np.stack([np.diff(values) / np.diff(at), values[:-1]]), at))
 
 
 def _multiples(step: float, begin: float, end: float) -> FloatArray:
@@ -324,8 +337,11 @@ def _multiples(step: float, begin: float, end: float) -> FloatArray:
     return np.asarray(found[(found > begin) & (found < end)])
 
 
-def _pieces(heights: PPoly) -> Texture:
-    """Texture of a piecewise polynomial between its first and its last break."""
+def splined(heights: PPoly) -> Texture:
+    """Texture of a piecewise polynomial between its first and its last break.
+
+    Its bounds are those of the heights at the breaks.
+    """
     slope, x = heights.derivative(), heights.x
     values = np.append(heights(x[:-1]), heights(x[-1]))
 
@@ -481,4 +497,4 @@ def _hermite(x: FloatArray, values: FloatArray, left: FloatArray, right: FloatAr
             values[:-1],
         ]
     )
-    return _pieces(PPoly(coefficients, x))
+    return splined(PPoly(coefficients, x))
