@@ -186,6 +186,7 @@ class Reading:
     way: float = np.nan
     strain: float = np.nan
     saturated: float = np.nan
+    penetrates: bool | None = None
     limits: Mapping[str, float] | None = None
 
     @property
@@ -234,6 +235,7 @@ def read_once(
         way=float(np.abs(np.diff(scan.clamp)).sum()),
         strain=strain,
         saturated=float(transducer.saturated(found.readings).any(axis=1).mean()),
+        penetrates=scan.penetrates,
     )
     if strain > bench.yield_strain:
         message = f"the strain reaches {strain:.2%}; the yield strain is {bench.yield_strain:.2%}"

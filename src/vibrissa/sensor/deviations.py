@@ -193,7 +193,7 @@ class Prior:
         parameters = self._parameters({})
         sizes = [found.get(one.of, 0.0) if not one.wave else 0.0 for one in parameters]
         for one, size in zip(parameters, sizes, strict=True):
-            if not one.low <= size <= one.high:
+            if size and not one.low <= size <= one.high:
                 raise ArgumentError(f"an error of {one.name} by {errors[one.of]} is not possible")
         if (steep := found.get(SLOPE, 0.0)) < 0.0:
             raise ArgumentError(f"the error of {SLOPE} must not be negative, got {steep:g} rad")

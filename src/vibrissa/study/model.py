@@ -158,6 +158,27 @@ class _Scanned:
         return {**axes, **merged, "surface": tuple(known or [PLANE])}
 
 
+class _Read(_Scanned):
+    """Readings as the data of a figure: their axes include those of their scan."""
+
+    def __init__(
+        self,
+        section: ReadingSection,
+        scan: ScanSection,
+        surfaces: Mapping[str, SurfaceSection],
+    ) -> None:
+        self._section = section
+        super().__init__(scan, surfaces)
+
+    def narrowed(
+        self, surface: list[str] | None, law: Values | None
+    ) -> dict[str, Values | tuple[str, ...]]:
+        """Return the axes that bear on readings over some surfaces, by some laws."""
+        own = {"transducer": self._section.transducer, "read_by": self._section.method}
+        axes = super().narrowed(surface, law)
+        return {**axes, **{name: tuple(sorted(values)) for name, values in own.items()}}
+
+
 class Study(Section):
     """One parameter study of the sticking period of a tapered rod."""
 
@@ -363,6 +384,11 @@ class Study(Section):
 
     def _sections(self, source: str) -> Sections:
         """Return the data of figures by name: each has ``axes``."""
+        if source == "reading":
+            return {
+                name: _Read(section, self.scans[section.scan], self.surfaces)
+                for name, section in self.readings.items()
+            }
         if source != "scan":
             return dict(getattr(self, f"{source}s"))
         return {name: _Scanned(scan, self.surfaces) for name, scan in self.scans.items()}

@@ -173,7 +173,7 @@ FRICTION = _schema(
     "transducer modulus diameter length recording read_by status message grade",
     "mu0_true mu0_read mu0_deviation mu0_random mu0_common mu0_low mu0_high inside",
     "periods_true periods_read periods_used period_error period_deviation predicted",
-    "way strain saturated limit_name limit_share",
+    "way strain saturated penetrates limit_name limit_share",
 )
 STATES = _schema(
     "states",
