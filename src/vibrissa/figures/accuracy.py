@@ -1,13 +1,18 @@
 """Figures of friction read from recordings: errors, coverage, uncertainty, and what limits it."""
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from pandas.api.types import is_numeric_dtype
 
 from vibrissa.figures import style
 from vibrissa.figures.kinds import kind
 from vibrissa.figures.maps import LABELS
-from vibrissa.figures.periods import lines_of
+from vibrissa.figures.periods import Line, lines_of
+from vibrissa.figures.series import Series
 from vibrissa.tables import accuracy
 from vibrissa.tables.accuracy import STATED
 
@@ -18,6 +23,27 @@ NAMED = 7
 NO_ESTIMATE = "no recording has an estimate"
 
 
+class _Lines(list[Line]):
+    """Lines of a figure: one for each value of an axis, or of a name."""
+
+    def __init__(self, found: pd.DataFrame, by: str) -> None:
+        self.series = Series(found, by) if is_numeric_dtype(found[by]) else None
+        super().__init__(lines_of(found, by) if self.series is None else self._graded(found))
+
+    def _graded(self, found: pd.DataFrame) -> Iterator[Line]:
+        series = self.series
+        for value in series.values if series else ():
+            look: style.Look = {"color": series.color(value), "linestyle": series.dash(value)}
+            rows = found[found[series.column] == value]
+            yield Line(name=series.label(value) or "", rows=rows, look=look)
+
+    def explain(self, panels: Sequence[Axes]) -> None:
+        """Add a legend and, for many values, a colourbar."""
+        style.legend(panels[0].figure)
+        if self.series is not None and not self.series.few:
+            self.series.colorbar(panels)
+
+
 @kind("accuracy", columns=READ, keys=("over", "by"))
 def errors(rows: pd.DataFrame, over: str, by: str) -> Figure:
     """Draw the errors and the stated deviations of the means (left) and of single periods."""
@@ -26,11 +52,12 @@ def errors(rows: pd.DataFrame, over: str, by: str) -> Figure:
         return style.message(NO_ESTIMATE)
     figure = style.page(2.7, style.PAGE)
     panels = figure.subplots(1, 2, sharex=True)
-    for line in lines_of(found, by):
+    lines = _Lines(found, by)
+    for line in lines:
         points, color = line.rows.sort_values(over), line.look["color"]
         bars: style.Look = {"capsize": 2, "linestyle": "none", "marker": "o", "markersize": 3}
         panels[0].errorbar(points[over], points["rms"], points["rms_error"], color=color, **bars)
-        panels[0].plot(points[over], points["stated"], label=line.name, **line.look)
+        panels[0].plot(points[over], points["stated"], label=line.name or None, **line.look)
         look: style.Look = {"color": color, "linestyle": "none", "marker": "o", "markersize": 3}
         panels[1].plot(points[over], points["period_error"], **look)
         panels[1].plot(points[over], points["period_stated"], **line.look)
@@ -47,7 +74,7 @@ def errors(rows: pd.DataFrame, over: str, by: str) -> Figure:
     for panel in panels:
         panel.set_xlabel(LABELS[over])
         style.from_zero(panel)
-    style.legend(figure)
+    lines.explain(list(panels))
     return figure
 
 
@@ -59,7 +86,7 @@ def coverage(rows: pd.DataFrame, over: str, by: str) -> Figure:
         return style.message(NO_ESTIMATE)
     figure, panel = style.axes(2.6)
     panel.axhline(100.0 * STATED, color="black", linewidth=0.6, linestyle=":")
-    lines = list(lines_of(found, by))
+    lines = _Lines(found, by)
     values = np.sort(found[over].unique())
     # Series stand beside each other, so that their error bars can be told apart.
     gap = 0.04 * float(np.ptp(values)) / max(len(lines), 1)
@@ -76,9 +103,10 @@ def coverage(rows: pd.DataFrame, over: str, by: str) -> Figure:
             linestyle="none",
         )
         # A bar of errors has no place in a legend of lines.
-        style.mean(panel, line.name, color=line.look["color"], marker="o", linestyle="none")
+        if line.name:
+            style.mean(panel, line.name, color=line.look["color"], marker="o", linestyle="none")
     panel.set(xlabel=LABELS[over], ylabel="95 % intervals with the truth / %")
-    style.legend(figure)
+    lines.explain([panel])
     return figure
 
 
