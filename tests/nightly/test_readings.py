@@ -1,10 +1,16 @@
-"""A design and a study of the sensor agree on which slips can be seen, at the border."""
+"""Studies of the sensor: equal tables however they are run, and the border of a design."""
 
+import os
+import signal
+import subprocess
+import sys
+import time
 from itertools import product
 
 import numpy as np
 import pytest
 
+from runs import Folder
 from vibrissa.design.candidate import CLEARLY, limits_of
 from vibrissa.design.pairs import survey
 from vibrissa.design.requirements import Requirements
@@ -12,6 +18,7 @@ from vibrissa.outcomes import Method, ReadingStatus
 from vibrissa.readings.reading import Bench, generator_of, read_once
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sensor import Setup
+from vibrissa.tables import schemas, store
 
 MU0, LENGTH, PERIODS = 0.3, 0.1, 12
 STEPS = 24  # of a period
@@ -68,3 +75,55 @@ def test_slips_of_ten_rods_at_the_border_are_found(pairs):
 def test_slips_of_ten_rods_far_below_the_border_are_missed(pairs):
     found = [part_found(pair, CLEARLY / 4.0) for pair in pairs]
     assert max(found) < 0.8 and np.mean(found) < 0.3
+
+
+STUDY = """
+study: tiny
+scans:
+  runs: {theta: 1, eta: 0.85, dx0: 0.001, mu0: 0.3, to: 0.04}
+readings:
+  wire:
+    scan: runs
+    transducer: nano17-si-12-0.12
+    rod: {modulus: 210 GPa, diameter: 0.8 mm, length: 100 mm}
+    recordings: 3
+"""
+
+
+def friction_in(folder):
+    return store.read(folder.root / "results/tiny/tables/friction.parquet", schemas.FRICTION)
+
+
+def test_chunks_cores_and_a_stopped_run_do_not_change_the_table(tmp_path):
+    tables = []
+    for size, cores, stopped in ((7, 1, False), (1, 2, False), (1, 1, True)):
+        root = tmp_path / f"{size}-{cores}-{stopped}"
+        root.mkdir()
+        folder = Folder(root)
+        folder.write("tiny.yaml", f"{STUDY}chunk: {{recordings: {size}}}\n")
+        if stopped:
+            stop_after_a_chunk(folder)
+        folder.run("--cores", str(cores))
+        tables.append(friction_in(folder))
+    assert len(tables[0]) == 3
+    assert all(table.equals(tables[0]) for table in tables)
+    assert (
+        "wire, by model: 3 recordings, 0% without"
+        in (root / "results/tiny/summary.txt").read_text()
+    )
+
+
+def stop_after_a_chunk(folder):
+    """Run the study, and stop it when its first chunk is there."""
+    command = [sys.executable, "-m", "vibrissa.pipeline", "--cores", "1"]
+    environment = os.environ | {"PYTHONPATH": str(folder.home / "src")}
+    run = subprocess.Popen(
+        [*command, "--configfile", "tiny.yaml"], cwd=folder.root, env=environment
+    )
+    while not (chunks := list(folder.root.glob("results/tiny/reading_chunks/*/*/[1-9].parquet"))):
+        assert run.poll() is None
+        time.sleep(0.1)
+    run.send_signal(signal.SIGINT)
+    assert run.wait() != 0
+    assert len(chunks) == 1
+    assert not (folder.root / "results/tiny/tables/friction.parquet").exists()

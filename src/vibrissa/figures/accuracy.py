@@ -23,19 +23,20 @@ NAMED = 7
 NO_ESTIMATE = "no recording has an estimate"
 
 
+def _of(series: Series, found: pd.DataFrame) -> Iterator[Line]:
+    """Split rows by the values of a series; of many values, a colourbar has the names."""
+    for value in series.values:
+        look: style.Look = {"color": series.color(value), "linestyle": series.dash(value)}
+        rows = found[found[series.column] == value]
+        yield Line(name=series.label(value) or "", rows=rows, look=look)
+
+
 class _Lines(list[Line]):
     """Lines of a figure: one for each value of an axis, or of a name."""
 
     def __init__(self, found: pd.DataFrame, by: str) -> None:
         self.series = Series(found, by) if is_numeric_dtype(found[by]) else None
-        super().__init__(lines_of(found, by) if self.series is None else self._graded(found))
-
-    def _graded(self, found: pd.DataFrame) -> Iterator[Line]:
-        series = self.series
-        for value in series.values if series else ():
-            look: style.Look = {"color": series.color(value), "linestyle": series.dash(value)}
-            rows = found[found[series.column] == value]
-            yield Line(name=series.label(value) or "", rows=rows, look=look)
+        super().__init__(lines_of(found, by) if self.series is None else _of(self.series, found))
 
     def explain(self, panels: Sequence[Axes]) -> None:
         """Add a legend and, for many values, a colourbar."""

@@ -30,6 +30,10 @@ TABLES = {
     "state": "states",
     "comparison": "comparisons",
 }
+# Axis of a figure of several readings: their names.
+READINGS = "readings"
+# Column with the names of the data, where it is not the key.
+NAMED_IN = {"reading": READINGS}
 # Further axes of scans, whose values a figure of scans may select.
 SCAN_AXES: Mapping[str, Any] = {
     "surface": Annotated[list[Name] | None, BeforeValidator(in_list, str | list[str])],
@@ -40,8 +44,6 @@ READ_AXES: Mapping[str, Any] = {
     "transducer": Annotated[list[str] | None, BeforeValidator(in_list, str | list[str])],
     "read_by": Annotated[list[_Method] | None, BeforeValidator(in_list, _Method | list[_Method])],
 }
-# Axis of a figure of several readings: their names.
-READINGS = "readings"
 # Keys that every kind of figure takes.
 LOOK = ("kind", "caption", "size", "formats", "axes")
 # Key of a PNG file that has the parts which a phone shows below each other.
@@ -360,9 +362,8 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         given = self.model_dump(mode="json", exclude_none=True)
         given |= {"by": self.series} if self.series else {}
         shown = [key for key in _ALL_AXES if key in given]
-        # The column of the table of friction has the plural, as the section.
-        source = READINGS if self.source == "reading" else self.source
-        selection = {source: given[self.source], **{key: given[key] for key in shown}}
+        named = NAMED_IN.get(self.source, self.source)
+        selection = {named: given[self.source], **{key: given[key] for key in shown}}
         return {**given, "table": self.drawn_from, "selection": selection}
 
     @property
