@@ -3,6 +3,7 @@
 #
 #   study file -> grids -> chunks -> stiction.parquet -> figures, claims, report
 #              -> scans, states, comparisons          ->
+#   scans      -> recordings, each read -> friction.parquet ->
 from snakemake.utils import min_version
 
 min_version("9.0")

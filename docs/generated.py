@@ -233,6 +233,8 @@ def parts() -> dict[str, tuple[str, str]]:
         "points": ("study_file", points_keys()),
         "surfaces": ("study_file", section_keys("SurfaceSection")),
         "scans": ("study_file", section_keys("ScanSection", shared)),
+        "readings": ("study_file", section_keys("ReadingSection")),
+        "rods of readings": ("study_file", section_keys("RodSizes")),
         "states": ("study_file", section_keys("StateSection")),
         "heights": ("study_file", texture_keys()),
         "figures": ("study_file", figure_kinds()),

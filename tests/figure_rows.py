@@ -263,8 +263,38 @@ def teeth(count):
     return pd.concat(parts)
 
 
+def readings(count):
+    """Recordings of rods of several heights, some without an estimate or beside the truth."""
+    generator = np.random.default_rng(1)
+    points = [(theta, eta) for eta in np.linspace(0.8, 0.9, count) for theta in (1.0, 2.0, 4.0)]
+    rows = pd.DataFrame([point for point in points for _ in range(4)], columns=["theta", "eta"])
+    stated = 0.005 + 0.002 * rows["theta"]
+    names = ["surface_slope", "transducer_angle", "length", "eta", "theta", "creep", "modulus", "x"]
+    return rows.assign(
+        readings="tapers",
+        status=np.where(rows.index % 7, "read", "refused"),
+        grade=None,
+        mu0_true=0.3,
+        mu0_read=(0.3 + stated * generator.normal(size=len(rows))).where(rows.index % 7 > 0),
+        mu0_deviation=stated,
+        mu0_random=0.6 * stated,
+        mu0_common=0.8 * stated,
+        inside=[place % 5 != 0 if place % 7 else None for place in rows.index],
+        period_error=1.1 * stated,
+        period_deviation=1.2 * stated,
+        predicted=1.3 * stated,
+        way=0.048,
+        limit_name=[names] * len(rows),
+        limit_share=[[0.5 / (place + theta) for place in range(8)] for theta in rows["theta"]],
+    )
+
+
 # Keys that a figure has in the study file, if its kind needs them.
 GIVEN = {
+    "accuracy": {"over": "theta", "by": "eta"},
+    "coverage": {"over": "theta", "by": "eta"},
+    "uncertainty": {"over": "theta", "by": "eta"},
+    "limits": {"over": "theta"},
     "onset": {"over": "eta", "by": "theta"},
     "map": {"over": "eta", "by": "theta"},
     "periods": {"over": "kinetic_ratio", "by": "law"},
@@ -272,6 +302,10 @@ GIVEN = {
     "spectrum": {"by": "law"},
 }
 ROWS = {
+    "accuracy": readings,
+    "coverage": readings,
+    "uncertainty": readings,
+    "limits": readings,
     "onset": heights,
     "map": heights,
     "periods": laws,

@@ -171,6 +171,56 @@ class TipMotion(StrEnum):
     SLIDES = "slides"
 
 
+class ReadingStatus(StrEnum):
+    """Outcome of reading friction from a simulated recording.
+
+    Attributes
+    ----------
+    READ
+        Friction was estimated; the estimate may be in doubt.
+    NO_SLIP
+        The recording has no period that ends with a slip.
+    REFUSED
+        The recording does not fit the stated rod, or cannot be used; the message has the reason.
+    SATURATED
+        No friction was estimated, and readings are at the limits of the transducer.
+    YIELDED
+        The strain in the rod exceeds its yield strain: a real rod would not come back.
+    LOCK
+        The tip locks before its first slip.
+    OUT_OF_REACH
+        The rod has no states at a height of the surface.
+    FAILED
+        The scan could not be computed.
+    """
+
+    READ = "read"
+    NO_SLIP = "no_slip"
+    REFUSED = "refused"
+    SATURATED = "saturated"
+    YIELDED = "yielded"
+    LOCK = "lock"
+    OUT_OF_REACH = "out_of_reach"
+    FAILED = "failed"
+
+
+class Method(StrEnum):
+    """Method of estimating μ0 from a recording.
+
+    Attributes
+    ----------
+    MODEL
+        By the model of the rod, fitted to all samples of all channels, with one contact point for
+        each period. Needs the moment or both forces.
+    RATIO
+        By the ratio of the forces at the onset, from a smooth fit to the last samples. Needs both
+        forces, and no rod.
+    """
+
+    MODEL = "model"
+    RATIO = "ratio"
+
+
 def chosen(kind: type[Choice], value: str, what: str) -> Choice:
     """Look up a member of the enumeration `kind` by its value.
 

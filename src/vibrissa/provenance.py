@@ -33,6 +33,9 @@ _SOLVER = ("numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.p
 _SOLVER_LIBRARIES = ("numpy", "scipy")
 # What also determines the tables of scans.
 _SCANNING, SCANNED = ("scanning", "study/surfaces.py"), frozenset(("scans", "periods"))
+# What also determines the table of friction, and the libraries that decide its numbers.
+_READING = ("readings", "sensor", "design", "quantities", "study/readings.py")
+_READING_LIBRARIES = ("pandas", "pint")
 # What also determines figures, verdicts, summary and report.
 _DISPLAY = ("study", "figures", "paper", "report", "explorer")
 _DISPLAY_LIBRARIES = ("pandas", "pyarrow", "matplotlib")
@@ -92,6 +95,8 @@ def code_of(table: str) -> str:
     """
     if table == "claims":
         return ", ".join(display_code())
+    if table == "friction":
+        return ", ".join(reading_code())
     return ", ".join(scanning_code() if table in SCANNED else solver_code())
 
 
@@ -107,6 +112,15 @@ def solver_code() -> list[str]:
 def scanning_code() -> list[str]:
     """Describe the code that computes the tables of scans."""
     return [f"scans {digest(*_SCANNING)}", *solver_code()]
+
+
+def reading_code() -> list[str]:
+    """Describe the code that simulates recordings and reads friction from them."""
+    return [
+        f"readings {digest(*_READING)}",
+        *scanning_code(),
+        *(f"{library} {version(library)}" for library in _READING_LIBRARIES),
+    ]
 
 
 def display_code() -> list[str]:

@@ -243,6 +243,7 @@ OTHERWISE = [
     ("few steps", with_taper(lambda theta, mu0: 0.1 * mu0 * theta), {}, CONTRADICTED),
     ("few steps", with_taper(lambda theta, mu0: 0.002 * mu0 * theta), {}, HOLDS),
     ("accurate drive", with_taper(line_in_theta), {}, CONTRADICTED),
+    ("important for a sensor", UNCHANGED, {"solve_curve": Cylinder}, CONTRADICTED),
     ("taper compensates", UNCHANGED, {"solve_curve": Cylinder}, CONTRADICTED),
     ("longer slides with θ", turned_over(), {}, CONTRADICTED),
     ("longer slides with θ", changed("scan", footpoint=lambda r: 2 * r["footpoint"]), {}, HOLDS),

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from vibrissa.figures import draw
-from vibrissa.study.figures import FIGURE_KINDS, TABLES
+from vibrissa.study.figures import FIGURE_KINDS, NAMED_IN, TABLES
 from vibrissa.study.schema import study_schema
 from vibrissa.tables import schemas
 
@@ -51,5 +51,5 @@ def test_every_kind_of_figure_is_drawn_from_columns_that_its_table_has():
     assert FIGURE_KINDS.keys() == draw.KINDS.keys() | {"script"}
     for name, kind in FIGURE_KINDS.items() - {("script", FIGURE_KINDS["script"])}:
         columns = set(schemas.TABLES[kind.table or TABLES[kind.source]].names)
-        assert {kind.source, *kind.single} <= columns
+        assert {NAMED_IN.get(kind.source, kind.source), *kind.single} <= columns
         assert set(draw.KINDS[name].columns) <= columns

@@ -22,6 +22,8 @@ ENDS = {"−∞": -np.inf, "−π": -np.pi, "−π/2": -np.pi / 2, "0": 0, "1": 
 ENDS |= {"π/2": np.pi / 2, "π": np.pi, "2π": 2 * np.pi, "∞": np.inf}
 UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1", "L/(E*I0)", "1/L"}
 UNITS |= {"sqrt(E*I0/(rho*A0))/L^2"}
+# A rod on a transducer has a size.
+UNITS |= {"m", "Pa"}
 
 
 @pytest.fixture(scope="module")

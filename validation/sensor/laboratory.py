@@ -37,7 +37,8 @@ from validation.sensor.mistakes import (
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.quantities.units import Kind
-from vibrissa.sensor import Grade, Method, PeriodStatus, Setup, identify
+from vibrissa.sensor import Method, PeriodStatus, Setup, identify
+from vibrissa.sensor.identification.summary import used_in_mean
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances
 
 NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS
@@ -284,7 +285,7 @@ def scored(frame, truth, row, said, method):
         return Score(read=False)
     mu0 = truth.mu0[periods.last[known]]
     low, high = periods.low[known], periods.high[known]
-    used = known & (periods.grade != Grade.WRONG) if not summary.wrong else known
+    used = used_in_mean(periods)
     error = summary.mean - truth.mu0[periods.last[used]].mean()
     grave = np.isin(periods.grade[known], ["doubtful", "wrong"])
     return Score(

@@ -2,7 +2,8 @@
 
 A laboratory states a set-up: the rod, its height, an upright and rigid clamp, a level surface, a
 transducer whose axes are those of the stage. The true set-up differs by one error, or by all at
-once. Sizes are in units of the rod, in rad, or relative to a value.
+once. Sizes are in units of the rod, in rad, or relative to a value. They are drawn by the code that
+draws them in studies of the sensor; what they do to a recording is the bench's own.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,6 +13,8 @@ from itertools import permutations
 import numpy as np
 
 from validation.sensor.bench import Bench, Friction, crosstalk, moved, stiffer, turned
+from vibrissa.sensor.deviations import drawn, slope_waves
+from vibrissa.sensor.identification.slope import Slope
 
 # The rod: E (Pa), diameter and length (m), taper; units of its loads (N, N, N·m).
 MODULUS, DIAMETER, LENGTH, THETA = 2.1e11, 1e-3, 0.1, 2.0
@@ -19,8 +22,8 @@ _STIFFNESS = MODULUS * np.pi * DIAMETER**4 / 64.0
 UNITS = np.array([_STIFFNESS / LENGTH**2, _STIFFNESS / LENGTH**2, _STIFFNESS / LENGTH])
 # Largest loads of a scan, to which crosstalk is relative.
 FULL_SCALE = np.array([0.6, 1.9, 0.48])
-# Correlation length of the slope of a surface (L), and number of waves that make a random slope.
-SLOPE_LENGTH, WAVES = 0.05, 40
+# Correlation length of the slope of a surface (L).
+SLOPE_LENGTH = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,9 +49,10 @@ class Mistake:
         return self.made(bench, np.full(self.parts, abs(size) if self.positive else size))
 
     def drawn(self, bench, deviation, generator):
-        """Return the bench with an error whose size is drawn from a normal distribution."""
-        sizes = generator.normal(0.0, deviation, self.parts)
-        return self.made(bench, np.abs(sizes) if self.positive else sizes)
+        """Return the bench with an error whose size is drawn as studies of the sensor draw it."""
+        low = np.full(self.parts, 0.0 if self.positive else -np.inf)
+        high = np.full(self.parts, np.inf)
+        return self.made(bench, drawn(np.full(self.parts, deviation), low, high, generator))
 
 
 def _of_rod(name):
@@ -103,17 +107,13 @@ def _wavy(bench, sizes):
 
 
 def random_slope(bench, deviation, generator):
-    """Make the surface's slope random, with the covariance that the tolerance assumes.
-
-    Waves with random phases, and wave numbers from the spectrum of the covariance
-    exp(−d²/(2ℓ²)), add up to a Gaussian process.
-    """
-    numbers = np.abs(generator.normal(0.0, 1.0 / SLOPE_LENGTH, WAVES))
+    """Make the surface's slope random, with the waves of a study of the sensor."""
+    waves = slope_waves(Slope(deviation=deviation, length=SLOPE_LENGTH), generator)
     return replace(
         bench,
-        slope=np.full(WAVES, deviation * np.sqrt(2.0 / WAVES)),
-        slope_length=2.0 * np.pi / numbers,
-        slope_phase=generator.uniform(0.0, 2.0 * np.pi, WAVES),
+        slope=np.full(len(waves.numbers), waves.amplitude),
+        slope_length=2.0 * np.pi / waves.numbers,
+        slope_phase=waves.phases,
     )
 
 

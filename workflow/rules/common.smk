@@ -8,8 +8,14 @@ from snakemake.exceptions import WorkflowError
 
 try:
     from vibrissa.errors import VibrissaError
-    from vibrissa.pipeline import outdated, ownership, places, stopping
-    from vibrissa.provenance import display_code, scanning_code, solver_code, why_unknown
+    from vibrissa.pipeline import outdated, ownership, places, stopping, suitable
+    from vibrissa.provenance import (
+        display_code,
+        reading_code,
+        scanning_code,
+        solver_code,
+        why_unknown,
+    )
     from vibrissa.study import yaml12
     from vibrissa.study.reading import read_study
     from vibrissa.wording import figure_name
@@ -43,12 +49,15 @@ if not workflow.configfiles:  # with a file given, this directive would merge bo
 STUDY_FILE, *others = map(places.near, map(Path, workflow.configfiles or [workflow.main_snakefile]))
 if others and not INCLUDED:  # the last would count, and nobody would notice
     sys.exit(f"give one study file with --configfile, not {STUDY_FILE} and {others[0]}")
+# Jobs need not check again what the process that started them has checked.
+check = suitable.readings if workflow.is_main_process else None
 try:
     if INCLUDED:
-        STUDY = read_study(None, yaml12.as_written(config, map(Path, workflow.configfiles)))
+        changes = yaml12.as_written(config, map(Path, workflow.configfiles))
+        STUDY = read_study(None, changes, check)
     else:
         changes = yaml12.changes_of(workflow.config_settings.config_args or ())
-        STUDY = read_study(STUDY_FILE, changes)
+        STUDY = read_study(STUDY_FILE, changes, check)
     RESULTS = f"results/{STUDY.name}"
     # In a module with a prefix the folder is elsewhere; Snakemake adds the prefix to rules alone.
     FOLDER = Path(workflow.modifier.path_modifier.replace_prefix(RESULTS))
@@ -64,6 +73,7 @@ except VibrissaError as error:
 # runs these rules again.
 SOLVING_CODE = solver_code()
 SCANNING_CODE = scanning_code()
+READING_CODE = reading_code()
 DISPLAY_CODE = display_code()
 MARKS = outdated.marks(STUDY)
 
@@ -86,3 +96,4 @@ def again(*names):
 wildcard_constraints:
     chunk=".+",
     scan_chunk=".+",
+    reading_chunk=".+",

@@ -133,6 +133,59 @@ rule periods:
         "../scripts/joined.py"
 
 
+rule reading_chunk:
+    input:
+        again("reading_chunks/{reading_chunk}.parquet"),
+    output:
+        f"{RESULTS}/reading_chunks/{{reading_chunk}}.parquet",
+    log:
+        f"{RESULTS}/logs/reading_chunks/{{reading_chunk}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/reading_chunks/{{reading_chunk}}.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt
+        * STUDY.reading_chunks[wildcards.reading_chunk].minutes(),
+    params:
+        study=STUDY.name,
+        recordings=lambda wildcards: STUDY.reading_chunks[wildcards.reading_chunk].params,
+        solver=STUDY.read,
+        # Stored in the file: rule `friction` refuses a chunk of another study file.
+        study_part=lambda wildcards: STUDY.reading_chunk_part(wildcards.reading_chunk),
+        code=READING_CODE,
+    message:
+        "reading friction in {wildcards.reading_chunk}"
+    script:
+        "../scripts/readings.py"
+
+
+rule friction:
+    input:
+        again("tables/friction.parquet"),
+        chunks=expand(rules.reading_chunk.output, reading_chunk=STUDY.reading_chunks),
+    output:
+        f"{RESULTS}/tables/friction.parquet",
+    log:
+        f"{RESULTS}/logs/friction.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/friction.tsv"
+    localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    params:
+        table="friction",
+        chunk_parts=list(map(STUDY.reading_chunk_part, STUDY.reading_chunks)),
+        study_part=STUDY.part("friction"),
+        code=READING_CODE,
+    message:
+        "joining the readings of all recordings into one table"
+    script:
+        "../scripts/joined.py"
+
+
 rule states:
     input:
         again("tables/states.parquet"),

@@ -16,7 +16,7 @@ from vibrissa.tables.frames import to_pandas
 from vibrissa.tables.query import Readable
 
 # Tables of a study that are compared.
-TABLES = ("stiction", "scans", "periods", "states", "comparisons")
+TABLES = ("stiction", "scans", "periods", "friction", "states", "comparisons")
 _ROD = ["theta", "eta", *MOUNTING_COLUMNS]
 # Columns of a condensed cycle: column of its steps, and how the values of the steps are combined.
 _CYCLE = {
@@ -54,9 +54,9 @@ def condensed_parts(folder: Path) -> dict[str, Iterator[pd.DataFrame]]:
     """Read the tables in a folder of results a part at a time, condensed.
 
     The result maps names to the parts of tables, of which each has at least one. ``stiction``,
-    ``periods`` and ``comparisons`` have all rows of the table of the same name. ``curves`` has the
-    first row of ``stiction`` for each rod, ``scans`` one row for each stick-slip cycle, and
-    ``states`` one row for each state. A table exists only if the study has it.
+    ``periods``, ``friction`` and ``comparisons`` have all rows of the table of the same name.
+    ``curves`` has the first row of ``stiction`` for each rod, ``scans`` one row for each stick-slip
+    cycle, and ``states`` one row for each state. A table exists only if the study has it.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def condensed_parts(folder: Path) -> dict[str, Iterator[pd.DataFrame]]:
         raise ComparisonError(f"the folder {folder} has no tables; run the study first")
     result: dict[str, Iterator[pd.DataFrame]] = {
         name: map(to_pandas, _filled(found[name]))
-        for name in ("stiction", "periods", "comparisons")
+        for name in ("stiction", "periods", "friction", "comparisons")
         if name in found
     }
     if "stiction" in found:

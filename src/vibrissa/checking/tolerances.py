@@ -32,7 +32,9 @@ class Layout(BaseModel):
 
 
 # Names of reference tables; see `vibrissa.checking.condensing.condensed`.
-Table: TypeAlias = Literal["stiction", "curves", "scans", "periods", "states", "comparisons"]
+Table: TypeAlias = Literal[
+    "stiction", "curves", "scans", "periods", "friction", "states", "comparisons"
+]
 
 
 def read_layouts(path: Path) -> dict[Table, Layout]:

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from vibrissa.errors import ArgumentError
 from vibrissa.figures import (
+    accuracy,
     animation,
     comparisons,
     labels,
@@ -50,6 +51,7 @@ FAMILIES = (
     slip,
     states,
     comparisons,
+    accuracy,
 )
 
 

@@ -43,6 +43,9 @@ LABELS = {
     "damping": r"damping ratio $\zeta$",
     "law": "slip law",
     "surface": "surface",
+    "transducer": "transducer",
+    "read_by": "method",
+    "readings": "readings",
 }
 COLUMNS = tuple(field.name for field in STICTION if field.type == NUMBER)
 

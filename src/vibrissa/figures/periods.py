@@ -40,7 +40,7 @@ class Line(NamedTuple):
     look: style.Look
 
 
-def _lines(rows: pd.DataFrame, by: str) -> Iterator[Line]:
+def lines_of(rows: pd.DataFrame, by: str) -> Iterator[Line]:
     """Split rows by an axis; the law ``free`` comes first."""
     values = sorted(rows[by].dropna().unique(), key=lambda value: (value != "free", value))
     for place, value in enumerate(values):
@@ -65,7 +65,7 @@ def periods(rows: pd.DataFrame, over: str, by: str) -> Figure:
         return style.message("no scan has a second period that ends with a slip")
     figure = style.page(2.5, style.PAGE)
     panels = figure.subplots(1, len(PANELS), sharex=True)
-    for line in _lines(ended, by):
+    for line in lines_of(ended, by):
         for panel, column in zip(panels, PANELS, strict=True):
             _summary(panel, line, over, column)
     for panel, label in zip(panels, PANELS.values(), strict=True):
@@ -91,7 +91,7 @@ def _summary(panel: Axes, line: Line, over: str, column: str) -> None:
 @kind("sawtooth", columns=(*KEYS, "footpoint", "cycle", *LOAD_LABELS), keys=("by", "value"))
 def sawtooth(rows: pd.DataFrame, by: str, value: str = "reaction_fx") -> Figure:
     """Draw a load over the position of the clamp, a panel for each law; slips are dotted."""
-    lines = list(_lines(rows[(rows["cycle"] <= TEETH)], by))
+    lines = list(lines_of(rows[(rows["cycle"] <= TEETH)], by))
     figure = style.page(0.9 + 0.9 * len(lines), style.COLUMN)
     panels = figure.subplots(len(lines), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for panel, line in zip(panels, lines, strict=True):
@@ -108,7 +108,7 @@ def spectrum(rows: pd.DataFrame, by: str, value: str = "reaction_fx") -> Figure:
     """Draw the amplitude of a load over its frequency along the path of the clamp."""
     figure, panel = style.axes(2.6)
     most = 0.0
-    for line in _lines(rows, by):
+    for line in lines_of(rows, by):
         steps = line.rows.sort_values("footpoint")
         frequency, amplitude = amplitudes(steps[value].to_numpy(), steps["dx0"].iloc[0])
         panel.plot(frequency, amplitude, label=line.name, linewidth=0.8, **line.look)

@@ -4,6 +4,7 @@ from decimal import Decimal
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from vibrissa.decimals import exact
 from vibrissa.mechanics.bending import Bending
@@ -25,11 +26,16 @@ from vibrissa.paper.judging import (
 )
 from vibrissa.paper.ledger import Finding, Quantities, judges
 from vibrissa.sticking.api import solve_curve
+from vibrissa.sticking.curve import StickingCurve
 
 # Largest number of steps that counts as "a few".
 FEW = 10
 # Smallest R² of a straight line at which a relation seems linear.
 SEEMS_LINEAR = 0.99
+# Half the step of a difference quotient (L).
+NEAR = 1e-6
+# Standard deviation of μ0 that a sensor is allowed, and number of periods in its scan.
+ALLOWED_ERROR, MANY = 0.01, 30
 
 
 @judges("sign of α")
@@ -142,6 +148,21 @@ def few_steps(evidence: Evidence) -> Finding:
     return judged(quantities, contradicted=cylinder > FEW, condition=finer > FEW)
 
 
+@judges("important for a sensor")
+def important_for_sensor(evidence: Evidence) -> Finding:
+    curves = [solve_curve(theta, evidence.eta) for theta in (1.0, 2.0, 3.0)]
+    onset = np.array([float(curve.onset(0.3)) for curve in curves])
+    slope = np.array([float(_slope(curve, at)) for curve, at in zip(curves, onset, strict=True)])
+    # An onset is uniformly distributed over a step.
+    step = ALLOWED_ERROR * np.sqrt(12.0) / slope
+    quantities = {f"step at θ = {theta}": (at, "L") for theta, at in enumerate(step, 1)}
+    quantities |= {
+        f"way of {MANY} periods at θ = {theta}": (MANY * at, "L")
+        for theta, at in enumerate(onset, 1)
+    }
+    return judged(quantities, contradicted=not (rises(step) and rises(onset)), condition=True)
+
+
 @judges("accurate drive")
 def accurate_drive(evidence: Evidence) -> Finding:
     onset = evidence.by_theta("x0_slip")
@@ -155,14 +176,20 @@ def accurate_drive(evidence: Evidence) -> Finding:
     return judged(quantities, contradicted=missed[0] <= missed[-1])
 
 
+def _slope(curve: StickingCurve, at: ArrayLike) -> FloatArray:
+    """Differentiate the mobilised friction −tan α with respect to x0 (1/L)."""
+    low, high = np.asarray(at) - NEAR, np.asarray(at) + NEAR
+    rise = curve.mobilised_friction(high) - curve.mobilised_friction(low)
+    return np.asarray(rise / (2.0 * NEAR))
+
+
 @judges("taper compensates")
 def taper_compensates(evidence: Evidence) -> Finding:
     frictions = evidence.by_theta("x0_slip").columns.to_numpy()
     rise = {}
     for theta in (1.0, 2.0, 3.0):
         curve = solve_curve(theta, evidence.eta)
-        at, h = curve.onset(frictions), 1e-6
-        rise[theta] = curve.mobilised_friction(at + h) - curve.mobilised_friction(at - h)
+        rise[theta] = _slope(curve, curve.onset(frictions))
     least = {theta: (rise[1.0] / rise[theta]).min() for theta in (2.0, 3.0)}
     quantities = {
         f"smallest ratio of the rise at θ = 1 to θ = {theta:g}": (ratio, "1")

@@ -97,6 +97,13 @@ def outdated(folder: Path, study: Study) -> dict[Path, str]:
                 for name in study.scan_chunks
             }
             found |= dict(_outdated_tables(folder, chunks))
+    joined = folder / "tables/friction.parquet"
+    if joined in found or not joined.is_file():
+        chunks = {
+            f"reading_chunks/{name}.parquet": study.reading_chunk_part(name)
+            for name in study.reading_chunks
+        }
+        found |= dict(_outdated_tables(folder, chunks))
     for name, mark in marks(study).items():
         path = folder / name
         if not path.is_file() or (made := _mark_of(path)) == mark:
@@ -170,6 +177,7 @@ def kept(folder: Path, study: Study, old: Collection[str], began: float) -> str:
         [
             *(f"chunks/{name}" for name in study.chunks),
             *(f"scan_chunks/scans/{name}" for name in study.scan_chunks),
+            *(f"reading_chunks/{name}" for name in study.reading_chunks),
         ]
     )
     tables = finished(f"tables/{name}" for name in study.tables)

@@ -6,9 +6,14 @@ import shutil
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vibrissa.errors import StudyError
 from vibrissa.study.yaml12 import loaded, text_of
+
+if TYPE_CHECKING:
+    from vibrissa.study.model import Study
+    from vibrissa.study.sections import Mistake
 
 DIRECTORY = ("--directory", "-d")
 DRY_RUN = ("--dry-run", "--dryrun", "-n")
@@ -36,6 +41,15 @@ def unsuitable(arguments: list[str]) -> str:
             except StudyError as error:
                 return str(error)
     return ""
+
+
+def readings(study: "Study") -> "list[Mistake]":
+    """Find mistakes in the section `readings`; a second to load, but only if there is one."""
+    if not study.readings:
+        return []
+    from vibrissa.readings.checks import misfits
+
+    return misfits(study)
 
 
 def _executor(arguments: list[str]) -> str:

@@ -18,7 +18,7 @@ from vibrissa.paper.claims import CLAIMS
 from vibrissa.paper.ledger import quantities_of
 from vibrissa.provenance import commit, why_unknown
 from vibrissa.report.spelling import spell, spell_unit
-from vibrissa.tables import query, store
+from vibrissa.tables import accuracy, query, store
 from vibrissa.tables.counts import counts_by_status, sentence
 from vibrissa.tables.query import Readable
 from vibrissa.wording import counted
@@ -63,6 +63,9 @@ def results(found: Mapping[str, Readable]) -> list[str]:
                 f"In the scans x0,max is {_length(least['x0'])} ({_at(least)}) to "
                 f"{_length(most['x0'])} ({_at(most)})."
             )
+    if "friction" in found:
+        read = query.frame(found["friction"], [*accuracy.POINT, *accuracy.COLUMNS])
+        lines += [f"{line}." for line in accuracy.sentences(read)]
     return lines
 
 

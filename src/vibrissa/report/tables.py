@@ -50,6 +50,26 @@ SHOWN = {
         "Scans",
         ("scan", *POINT, "surface", *SCAN_AXES, "status", "cycle", "x0", *REACTIONS),
     ),
+    "friction": (
+        "Friction read from recordings",
+        (
+            "readings",
+            *POINT,
+            "surface",
+            *SCAN_AXES,
+            "transducer",
+            "read_by",
+            "recording",
+            "status",
+            "grade",
+            "mu0_true",
+            "mu0_read",
+            "mu0_deviation",
+            "inside",
+            "periods_used",
+            "way",
+        ),
+    ),
     "states": (
         "Single states",
         (
@@ -229,7 +249,7 @@ def _column(table: Readable, name: str, values: Iterable[Any]) -> Column:
     about = table.schema.field(name).metadata
     found = list(values)
     cells = [spell(value, 2) for value in found] if name == "residual" else spell_column(found)
-    named = figure_name if name in ("grid", "scan", "state", "comparison") else str
+    named = figure_name if name in ("grid", "scan", "readings", "state", "comparison") else str
     return Column(
         name=symbol(name),
         unit=spell_unit(about[b"unit"].decode()),

@@ -93,6 +93,18 @@ class Surface:
             stop=min(self.stop, texture.stop),
         )
 
+    def in_lengths(self, unit: float) -> "Surface":
+        """Return the surface with all lengths in units of another length, `unit` (L)."""
+        return replace(
+            self,
+            mu0=lambda x: self.mu0(np.asarray(x) * unit),
+            start=self.start / unit,
+            stop=self.stop / unit,
+            edges=self.edges / unit,
+            feature=self.feature / unit,
+            texture=None if self.texture is None else self.texture.in_lengths(unit),
+        )
+
     def traced(self, radius: float, clamp: FloatArray) -> "Surface":
         """Return the surface under the lowest point of a ball at the tip; see `Texture.traced`.
 

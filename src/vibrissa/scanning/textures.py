@@ -7,12 +7,16 @@ height h(x), the surface is at the distance η − h(x) from the clamp.
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 # Number of cells in the length of a wave. In a cell, h is a polynomial of degree 6 to rounding.
 CELLS_PER_WAVE = 20
@@ -106,6 +110,19 @@ class Texture:
             breaks=lambda begin, end: self.breaks(begin * part, end * part) / part,
             start=self.start / part,
             stop=self.stop / part,
+        )
+
+    def in_lengths(self, unit: float) -> "Texture":
+        """Return the texture with all lengths in units of another length, `unit` (L)."""
+        return replace(
+            self,
+            height=lambda x: self.height(np.asarray(x) * unit) / unit,
+            slope=lambda x: self.slope(np.asarray(x) * unit),
+            breaks=lambda begin, end: self.breaks(begin * unit, end * unit) / unit,
+            low=self.low / unit,
+            high=self.high / unit,
+            start=self.start / unit,
+            stop=self.stop / unit,
         )
 
     def traced(self, radius: float, start: float, stop: float) -> "Texture":
@@ -329,8 +346,15 @@ def _pieces(coefficients: FloatArray, x: FloatArray) -> Texture:
     """Texture of polynomials between breaks x; `coefficients` as in `scipy.interpolate.PPoly`."""
     from scipy.interpolate import PPoly  # takes longer to load than a scan on a plane
 
-    heights = PPoly(coefficients, x)
-    slope = heights.derivative()
+    return splined(PPoly(coefficients, x))
+
+
+def splined(heights: "PPoly") -> Texture:
+    """Texture of a piecewise polynomial between its first and its last break.
+
+    Its bounds are those of the heights at the breaks.
+    """
+    slope, x = heights.derivative(), heights.x
     values = np.append(heights(x[:-1]), heights(x[-1]))
 
     def breaks(begin: float, end: float) -> FloatArray:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from vibrissa.lazy import attached
 
 if TYPE_CHECKING:
+    from vibrissa.outcomes import Method as Method
     from vibrissa.sensor.identification.identify import identify as identify
     from vibrissa.sensor.identification.periods import Grade as Grade
     from vibrissa.sensor.identification.periods import Periods as Periods
     from vibrissa.sensor.identification.periods import PeriodStatus as PeriodStatus
     from vibrissa.sensor.identification.profile import ContactProfile as ContactProfile
-    from vibrissa.sensor.identification.recording import Method as Method
     from vibrissa.sensor.identification.recording import Recording as Recording
     from vibrissa.sensor.identification.result import Identification as Identification
     from vibrissa.sensor.identification.summary import FrictionSummary as FrictionSummary

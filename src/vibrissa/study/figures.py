@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import BeforeValidator, Field, FiniteFloat, create_model, model_validator
 
+from vibrissa.outcomes import Method
 from vibrissa.study.axes import (
     AXES,
     LAW_AXES,
@@ -20,12 +21,28 @@ from vibrissa.study.axes import (
 )
 from vibrissa.study.sections import Mistakes, Name, Section
 
+_Method: TypeAlias = Literal[tuple(one.value for one in Method)]  # type: ignore[valid-type]
 # Data of a figure: its key in the study file, and its table. The key plus "s" names the section.
-TABLES = {"grid": "stiction", "scan": "scans", "state": "states", "comparison": "comparisons"}
+TABLES = {
+    "grid": "stiction",
+    "scan": "scans",
+    "reading": "friction",
+    "state": "states",
+    "comparison": "comparisons",
+}
+# Axis of a figure of several readings: their names.
+READINGS = "readings"
+# Column with the names of the data, where it is not the key.
+NAMED_IN = {"reading": READINGS}
 # Further axes of scans, whose values a figure of scans may select.
 SCAN_AXES: Mapping[str, Any] = {
     "surface": Annotated[list[Name] | None, BeforeValidator(in_list, str | list[str])],
     **{name: Annotated[Values | None, axis] for name, axis in (SURFACE_AXES | LAW_AXES).items()},
+}
+# Further axes of readings.
+READ_AXES: Mapping[str, Any] = {
+    "transducer": Annotated[list[str] | None, BeforeValidator(in_list, str | list[str])],
+    "read_by": Annotated[list[_Method] | None, BeforeValidator(in_list, _Method | list[_Method])],
 }
 # Keys that every kind of figure takes.
 LOOK = ("kind", "caption", "size", "formats", "axes")
@@ -84,6 +101,8 @@ _RUN = ("mu0", "eta", "dx0")
 _SCAN = (*_RUN, *SCAN_AXES)
 # The seeds of a random surface are averaged over.
 _LAWLESS = tuple(axis for axis in SCAN_AXES if axis not in ("seed", "rough_seed"))
+# Recordings of all surfaces and transducers are taken together unless some are selected.
+_READ, _READ_SERIES = ("read_by",), ("eta", "theta", "dx0")
 FIGURE_KINDS: Mapping[str, FigureKind] = {
     "taper": FigureKind(
         "clamp displacement x0,max over theta, a series for each mu0", "grid", ("eta", "dx0")
@@ -177,6 +196,37 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
         _SCAN,
         frequencies=True,
     ),
+    "accuracy": FigureKind(
+        "errors and stated standard deviations of the friction that was read, over any axis",
+        "reading",
+        _READ,
+        "over",
+        lists=True,
+        free=("by",),
+        series=_READ_SERIES,
+    ),
+    "coverage": FigureKind(
+        "part of the 95 % intervals of friction that contain the truth, over any axis",
+        "reading",
+        _READ,
+        "over",
+        lists=True,
+        free=("by",),
+        series=_READ_SERIES,
+    ),
+    "uncertainty": FigureKind(
+        "stated standard deviation of friction over two axes",
+        "reading",
+        _READ,
+        "over",
+        free=("by",),
+    ),
+    "limits": FigureKind(
+        "part by which the variance of friction falls if a quantity is exact, over any axis",
+        "reading",
+        (*_READ, "eta", "read_by"),
+        "over",
+    ),
     "state": FigureKind("shapes of one or more states of the same eta", "state", lists=True),
     "models": FigureKind(
         "error of x0_slip if line contact is neglected, over theta", "comparison", ("eta",)
@@ -187,7 +237,7 @@ FIGURE_KINDS: Mapping[str, FigureKind] = {
 }
 
 
-_ALL_AXES = (*AXES, *SCAN_AXES)
+_ALL_AXES = (*AXES, *SCAN_AXES, *READ_AXES)
 _Limits: TypeAlias = tuple[FiniteFloat, FiniteFloat]
 
 
@@ -219,6 +269,13 @@ _Axes = create_model(
         )
         for name, kind in SCAN_AXES.items()
     },
+    **{
+        name: (
+            kind,
+            Field(default=None, description=f"for figures of readings: values of {name} shown"),
+        )
+        for name, kind in READ_AXES.items()
+    },
 )
 _Inch: TypeAlias = Annotated[float, Field(ge=1, le=40)]
 # Sections of the study file with the data of a figure: grids, scans, states or comparisons by name.
@@ -240,6 +297,9 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         default=None, description="name of the grid with the data, or a list of names"
     )
     scan: str | None = Field(default=None, description="name of the scan with the data")
+    reading: Annotated[list[str] | None, BeforeValidator(in_list, str | list[str])] = Field(
+        default=None, description="name of the readings with the data, or a list of names"
+    )
     state: Annotated[list[str] | None, BeforeValidator(in_list, str | list[str])] = Field(
         default=None, description="name of the state with the data, or a list of names"
     )
@@ -249,10 +309,10 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         description="axis of the abscissa, which has several values; kinds mounting, change and "
         "versus: an axis of the mounting",
     )
-    by: Literal[tuple(_ALL_AXES)] | None = Field(  # type: ignore[valid-type]
+    by: Literal[(*_ALL_AXES, READINGS)] | None = Field(  # type: ignore[valid-type]
         default=None,
-        description="axis with a series for each value (default: law for scans, theta for grids); "
-        "kind map: axis of the ordinate",
+        description="axis with a series for each value (default: law for scans, theta for grids, "
+        "eta for readings), or readings; kinds map and uncertainty: axis of the ordinate",
     )
     value: str | None = Field(
         default=None,
@@ -301,8 +361,9 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         """
         given = self.model_dump(mode="json", exclude_none=True)
         given |= {"by": self.series} if self.series else {}
-        shown = [key for key in (self.source, *AXES, *SCAN_AXES) if key in given]
-        selection = {key: given[key] for key in shown}
+        shown = [key for key in _ALL_AXES if key in given]
+        named = NAMED_IN.get(self.source, self.source)
+        selection = {named: given[self.source], **{key: given[key] for key in shown}}
         return {**given, "table": self.drawn_from, "selection": selection}
 
     @property
@@ -341,7 +402,8 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         """Reject keys that the kind does not take, and figures that lack data, `over` or script."""
         mistakes, kind = Mistakes(), FIGURE_KINDS[self.kind]
         sources = [kind.source] if kind.source else list(TABLES)
-        axes = [*AXES, *(SCAN_AXES if "scan" in sources else ())]
+        axes = [*AXES, *(SCAN_AXES if {"scan", "reading"} & set(sources) else ())]
+        axes += READ_AXES if "reading" in sources else ()
         keys = [*LOOK, *sources, *axes, *kind.free, *filter(None, [kind.required])]
         if self.kind == "script" and self.scan:
             keys.append("table")
@@ -394,7 +456,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         several = {self.over, self.series}
         are_single = kind.source and not kind.mountings
         single = {*kind.single, *(MOUNTING_AXES if are_single else ())} - several
-        for axis in (*AXES, *SCAN_AXES):
+        for axis in _ALL_AXES:
             values = axes.get(axis, ())
             chosen = getattr(self, axis) or values
             has = f"{name!r} has {spell_values(values) or 'none'}"
@@ -416,7 +478,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
                 )
         if self.over:
             self._check_over(mistakes, getattr(self, self.over) or axes.get(self.over, ()))
-        if self.kind == "map" and not self.by:
+        if self.kind in ("map", "uncertainty") and not self.by:
             mistakes.add("missing 'by': the axis of the ordinate")
         if self.kind == "versus" and len(self.theta or axes["theta"]) < 2:
             mistakes.add("versus needs two values of theta or more", "theta")

@@ -30,9 +30,15 @@ from vibrissa.study.chunks import (
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import FIGURE_KINDS, Figure, Sections
 from vibrissa.study.points import PointsChunk, PointsSection
+from vibrissa.study.readings import (
+    RECORDINGS,
+    ReadingChunk,
+    ReadingSection,
+    reading_chunks,
+)
 from vibrissa.study.scans import ScanChunk, ScanSection, scan_chunks, variants_of
 from vibrissa.study.sections import Count, Mistakes, Name, Section, check_bores
-from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant
+from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant, digest_of
 
 # Default largest number of points of a study: a table of 1 GB.
 MAX_POINTS = 10_000_000
@@ -44,6 +50,7 @@ _KEYS = {
     "periods": (*_SOLVED_BY, "surfaces", "scans"),
     "states": ("study", "contact", "frequencies", "states"),
     "comparisons": ("study", "comparisons"),
+    "friction": ("study", "contact", "section", "surfaces", "scans", "readings"),
     "claims": (*_SOLVED_BY, "grids", "surfaces", "scans", "states", "claims"),
 }
 
@@ -160,6 +167,27 @@ class _Scanned:
         return {**axes, **merged, "surface": tuple(known or [PLANE])}
 
 
+class _Read(_Scanned):
+    """Readings as the data of a figure: their axes include those of their scan."""
+
+    def __init__(
+        self,
+        section: ReadingSection,
+        scan: ScanSection,
+        surfaces: Mapping[str, SurfaceSection],
+    ) -> None:
+        self._section = section
+        super().__init__(scan, surfaces)
+
+    def narrowed(
+        self, surface: list[str] | None, law: Values | None
+    ) -> dict[str, Values | tuple[str, ...]]:
+        """Return the axes that bear on readings over some surfaces, by some laws."""
+        own = {"transducer": self._section.transducer, "read_by": self._section.method}
+        axes = super().narrowed(surface, law)
+        return {**axes, **{name: tuple(sorted(values)) for name, values in own.items()}}
+
+
 class Study(Section):
     """One parameter study of the sticking period of a tapered rod."""
 
@@ -193,18 +221,18 @@ class Study(Section):
         default=False,
         description="whether a point with the status failed ends the run with an error",
     )
-    chunk: dict[Literal[(*SIZES, "rods")], Count] = Field(  # type: ignore[valid-type]
+    chunk: dict[Literal[(*SIZES, "rods", "recordings")], Count] = Field(  # type: ignore[valid-type]
         default={},
-        description="largest number of values of an axis, and of rods, that one job solves, as in "
-        "{theta: 16} (default: "
+        description="largest number of values of an axis, of rods, and of recordings, that one job "
+        "solves, as in {theta: 16} (default: "
         + ", ".join(f"{axis} {size}" for axis, size in SIZES.items())
-        + f", and rods {MOST_RODS}; all of mu0 and dx0)",
+        + f", rods {MOST_RODS}, and recordings {RECORDINGS}; all of mu0 and dx0)",
     )
     max_points: Count = Field(
         default=MAX_POINTS,
         description="largest number of points that the study may have, a whole number from 1; each "
-        "cycle of a scan counts as a point, or each step if its path is given; it catches a typing "
-        "error before any work",
+        "cycle of a scan and of a recording counts as a point, or each step if its path is given; "
+        "it catches a typing error before any work",
     )
     grids: dict[Name, _Grid] = Field(
         default={},
@@ -217,6 +245,10 @@ class Study(Section):
     scans: dict[Name, ScanSection] = Field(
         default={},
         description="named stick-slip scans: steps with the loads on the clamp, and periods",
+    )
+    readings: dict[Name, ReadingSection] = Field(
+        default={},
+        description="named readings: friction read from simulated recordings of a scan",
     )
     states: dict[Name, StateSection] = Field(
         default={}, description="named single equilibria with a given position of the tip"
@@ -241,7 +273,14 @@ class Study(Section):
         self._context = context
 
     @field_validator(
-        "grids", "surfaces", "scans", "states", "comparisons", "figures", mode="before"
+        "grids",
+        "surfaces",
+        "scans",
+        "readings",
+        "states",
+        "comparisons",
+        "figures",
+        mode="before",
     )
     @classmethod
     def _may_be_empty(cls, value: Any) -> Any:
@@ -252,13 +291,18 @@ class Study(Section):
         """Reject sections that are valid alone but do not fit together."""
         mistakes = Mistakes()
         self._check_surfaces(mistakes)
+        self._check_readings(mistakes)
         if not (self.grids or self.scans or self.states or self.comparisons):
             allowed = "an entry of grids, scans, states or comparisons"
             mistakes.add(f"the study has nothing to solve; add {allowed}")
         mistakes.refuse()
         solved = (*self.grids.values(), *self.comparisons.values())
         points = sum(one.number for one in solved)
-        points += sum(scan.points(self._surface_count(scan)) for scan in self.scans.values())
+        points += sum(map(self._scan_points, self.scans))
+        points += sum(
+            one.recordings * len(one.transducer) * self._scan_points(one.scan)
+            for one in self.readings.values()
+        )
         if points > self.max_points:
             has = f"the study has {points:,} points, counting each cycle or step of a scan"
             mistakes.add(f"{has}; allowed: {self.max_points:,}", "max_points")
@@ -307,6 +351,23 @@ class Study(Section):
             for place, text in section.misfits(self._context["folder"]):
                 mistakes.add(text, "surfaces", name, *place)
 
+    def _check_readings(self, mistakes: Mistakes) -> None:
+        """Find readings of unknown scans, or of scans that no set-up describes."""
+        known = ", ".join(sorted(self.scans)) or "none is defined"
+        for name, section in self.readings.items():
+            scan = self.scans.get(section.scan)
+            if scan is None:
+                text = f"{section.scan!r} is not the name of a scan; allowed: {known}"
+                mistakes.add(text, "readings", name, "scan")
+                continue
+            if self.method is not Solver.COLLOCATION:
+                mistakes.add("readings need `method: collocation`", "readings", name)
+            if any(isinstance(value, tuple) for value in scan.curvature):
+                text = f"{section.scan!r} has lists of coefficients; readings need numbers"
+                mistakes.add(text, "scans", section.scan, "curvature")
+            for place, text in section.misfits(self._context["folder"]):
+                mistakes.add(text, "readings", name, *place)
+
     def _check_heights(self, mistakes: Mistakes, scan: str, surface: str) -> None:
         """Find scans over heights that need another kind of contact or another solver."""
         if self.contact is not Contact.POINT:
@@ -315,6 +376,10 @@ class Study(Section):
         if self.method is Solver.SHOOTING:
             text = f"the surface {surface} has heights, which need `method: collocation`"
             mistakes.add(text, "scans", scan, "surface")
+
+    def _scan_points(self, name: str) -> int:
+        """Count the cycles of scans, or their steps."""
+        return self.scans[name].points(self._surface_count(self.scans[name]))
 
     def _surface_count(self, scan: ScanSection) -> int:
         """Count the surfaces of a scan."""
@@ -328,6 +393,11 @@ class Study(Section):
 
     def _sections(self, source: str) -> Sections:
         """Return the data of figures by name: each has ``axes``."""
+        if source == "reading":
+            return {
+                name: _Read(section, self.scans[section.scan], self.surfaces)
+                for name, section in self.readings.items()
+            }
         if source != "scan":
             return dict(getattr(self, f"{source}s"))
         return {name: _Scanned(scan, self.surfaces) for name, scan in self.scans.items()}
@@ -393,13 +463,30 @@ class Study(Section):
             )
         }
 
+    @cached_property
+    def reading_chunks(self) -> dict[str, ReadingChunk]:
+        """Chunks of all readings by name; one job simulates and reads one chunk."""
+        return {
+            chunk.name: chunk
+            for name, section in self.readings.items()
+            for chunk in reading_chunks(
+                name,
+                section,
+                self.scans[section.scan],
+                self.variants(section.scan),
+                section.transducers(self.folder),
+                most=self.chunk.get("recordings", RECORDINGS),
+            )
+        }
+
     @property
     def data_files(self) -> list[str]:
         """Files beside the study file that it names, relative to it."""
         measured = [name for surface in self.surfaces.values() for name in surface.files]
         scripts = [figure.script for figure in self.figures.values()]
         points = [grid.points for grid in self.grids.values() if isinstance(grid, PointsSection)]
-        return sorted({name for name in (*measured, *scripts, *points) if name})
+        cards = [name for section in self.readings.values() for name in section.files]
+        return sorted({name for name in (*measured, *scripts, *points, *cards) if name})
 
     @cached_property
     def chunks(self) -> dict[str, Chunk | PointsChunk]:
@@ -427,6 +514,15 @@ class Study(Section):
     def scan_chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk of scans, as text for its tables' metadata."""
         return self.scan_chunks[name].part(self.solved)
+
+    def reading_chunk_part(self, name: str) -> str:
+        """Return the inputs that determine a chunk of readings, as text for its metadata."""
+        return self.reading_chunks[name].part(self.read)
+
+    @property
+    def read(self) -> dict[str, str]:
+        """What holds for all recordings of the study, as plain values."""
+        return {"contact": self.contact, "section": self.section}
 
     @property
     def folder(self) -> Path:
@@ -458,6 +554,13 @@ class Study(Section):
                 if isinstance(grid, PointsSection)
             }
             chosen |= {"points": points} if points else {}
+        if table == "friction":
+            cards = {
+                name: digest_of(self.folder / name)
+                for section in self.readings.values()
+                for name in section.files
+            }
+            chosen |= {"transducers": cards} if cards else {}
         if table == "scans" and self.with_shapes:
             chosen["with_shapes"] = sorted(self.with_shapes)
         return yaml.safe_dump(chosen, sort_keys=False)

@@ -1,6 +1,6 @@
 """Reading of a study file; its mistakes are reported together, with lines and allowed values."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,11 @@ FOR_ANCHORS = "x-"
 Location = tuple[str | int, ...]
 
 
-def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> Study:
+def read_study(
+    path: Path | None,
+    changes: Mapping[str, Any] | None = None,
+    check: Callable[[Study], Iterable[Mistake]] | None = None,
+) -> Study:
     """Read a study file (YAML 1.2).
 
     Parameters
@@ -31,6 +35,8 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
         The file; None if all keys are in `changes`, as in a workflow that includes this one.
     changes : mapping, optional
         Values that replace those of top-level keys, as given with ``--config``.
+    check : callable, optional
+        Finds further mistakes, by code that this package does not import.
 
     Raises
     ------
@@ -45,19 +51,24 @@ def read_study(path: Path | None, changes: Mapping[str, Any] | None = None) -> S
     sections = {key: written[key] for key in written if not str(key).startswith(FOR_ANCHORS)}
     folder = path.parent if path else Path()
     context = {"written": written, "text": text + changed, "folder": folder}
+    mistakes: Iterable[Mistake] = ()
     try:
-        return Study.model_validate(sections, context=context)
+        study = Study.model_validate(sections, context=context)
+        mistakes = check(study) if check else ()
     except ValidationError as error:
+        mistakes = [found for one in error.errors() for found in _in_words(one)]
+    if mistakes := list(mistakes):
         document, lines = YAML().load(text), []
         elsewhere = "--config" if path else "config"
-        for location, mistake in (found for one in error.errors() for found in _in_words(one)):
+        for location, mistake in mistakes:
             is_changed = not path or (bool(location) and location[0] in changes)
             line = 0 if is_changed else _line(document, location)
             where = elsewhere if is_changed else f"{path}:{line}" if line else str(path)
             place = f"{spell_location(location)}: " if location else ""
             lines.append((line, f"{where}: {place}{mistake}"))
         lines.sort(key=lambda one: one[0])
-        raise StudyError("\n".join(text for _, text in lines)) from None
+        raise StudyError("\n".join(text for _, text in lines))
+    return study
 
 
 def name_in(path: Path) -> str:

@@ -20,13 +20,14 @@ SCAN = ("scan", *AXES, *POWERS.values(), "surface", *SURFACE_AXES, *LAW_AXES)
 _NOUNS = {
     "stiction": "grid point",
     "scans": "scan",
+    "friction": "reading",
     "states": "state",
     "comparisons": "compared solution",
 }
 
 
 def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[str]]:
-    """Count grid points, scans, states and comparisons by their status."""
+    """Count grid points, scans, readings, states and comparisons by their status."""
     counts: dict[str, Counter[str]] = {name: Counter() for name in tables if name in _NOUNS}
     for name, total in counts.items():
         if name == "scans":

@@ -193,21 +193,25 @@ def scan_tables(
     frequencies : int
         Number of natural frequencies to compute at each step.
     """
-    rod = point
-    powers = {column: spell_powers(point[axis]) for axis, column in POWERS.items()}
-    point = {**point, **powers, **{axis: sortable(point[axis])[0] for axis in POWERS}}
-    keys = (*AXES, *POWERS.values(), "surface", *SURFACE_AXES, *LAW_AXES)
     same = {
         **{"study": study, "method": method, "scan": name},
-        **{key: point.get(key) for key in keys},
+        **axis_columns(point),
         **{"status": scan.status, "message": scan.message},
     }
     return ScanTables(
         steps=_table(
-            SCANS, same, _steps(scan, rod, shapes, each_step, frequencies) if len(scan) else {}
+            SCANS, same, _steps(scan, point, shapes, each_step, frequencies) if len(scan) else {}
         ),
         periods=_table(PERIODS, same, _periods(scan) if len(scan) else {}),
     )
+
+
+def axis_columns(point: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of the axes of a scan by column; None for axes that it does not have."""
+    powers = {column: spell_powers(point[axis]) for axis, column in POWERS.items()}
+    values = {**point, **powers, **{axis: sortable(point[axis])[0] for axis in POWERS}}
+    keys = (*AXES, *POWERS.values(), "surface", *SURFACE_AXES, *LAW_AXES)
+    return {key: values.get(key) for key in keys}
 
 
 def _table(schema: pa.Schema, same: Mapping[str, Any], columns: Mapping[str, Any]) -> pa.Table:

@@ -115,8 +115,8 @@ def _compared(contact: str, when: str) -> list[pa.Field]:
 
 def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
     """Make a schema from columns: names in the data dictionary, or fields."""
-    known = DICTIONARY["shared"] | DICTIONARY["scans" if table == "periods" else table]
-    known |= DICTIONARY[table]
+    of_scan = DICTIONARY["scans"] if table in ("periods", "friction") else {}
+    known = DICTIONARY["shared"] | of_scan | DICTIONARY[table]
     fields = [
         field
         for part in columns
@@ -167,6 +167,14 @@ PERIODS = _schema(
     _loads("_rest", ", after the slip"),
     "released dissipated",
 )
+FRICTION = _schema(
+    "friction",
+    f"study readings {_POINT} {_SCAN}",
+    "transducer modulus diameter length recording read_by status message grade",
+    "mu0_true mu0_read mu0_deviation mu0_random mu0_common mu0_low mu0_high inside",
+    "periods_true periods_read periods_used period_error period_deviation predicted",
+    "way strain saturated penetrates limit_name limit_share",
+)
 STATES = _schema(
     "states",
     "study method state theta eta x1 status message contact",
@@ -192,5 +200,5 @@ LOADS = tuple(name for name in PERIODS.names if name.startswith("reaction_"))
 # Schemas of all tables of a study, by name.
 TABLES = {
     schema.metadata[b"vibrissa.table"].decode(): schema
-    for schema in (STICTION, SCANS, PERIODS, STATES, COMPARISONS, CLAIMS)
+    for schema in (STICTION, SCANS, PERIODS, FRICTION, STATES, COMPARISONS, CLAIMS)
 }

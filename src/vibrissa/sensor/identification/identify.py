@@ -14,7 +14,7 @@ from vibrissa.errors import (
     RecordingError,
     WrongRodError,
 )
-from vibrissa.outcomes import chosen
+from vibrissa.outcomes import Method, chosen
 from vibrissa.quantities.units import Units
 from vibrissa.sensor.identification.mixing import check_columns, table_of_states
 from vibrissa.sensor.identification.model import read_model, unfitted
@@ -24,7 +24,6 @@ from vibrissa.sensor.identification.profile import profile_of
 from vibrissa.sensor.identification.ratio import read_ratio
 from vibrissa.sensor.identification.recording import (
     FEWEST_SAMPLES,
-    Method,
     Recording,
     as_measured,
     read_recording,

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -12,6 +11,7 @@ import numpy as np
 from vibrissa.errors import ArgumentError, OtherTableError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
+from vibrissa.outcomes import Method
 from vibrissa.quantities import series
 from vibrissa.quantities.units import CHANNEL_KINDS, SI_UNITS, Kind, Measured, Units, wished_units
 from vibrissa.sensor.identification.ends import moving, touching
@@ -39,23 +39,6 @@ RESTS, OFTEN = 0.1, 0.3
 TURN = 6.0
 # A row belongs to the rows without load up to this many median deviations from their median.
 TOUCHES = 7.0
-
-
-class Method(StrEnum):
-    """Method of estimating μ0.
-
-    Attributes
-    ----------
-    MODEL
-        By the model of the rod, fitted to all samples of all channels, with one contact point for
-        each period. Needs the moment or both forces.
-    RATIO
-        By the ratio of the forces at the onset, from a smooth fit to the last samples. Needs both
-        forces, and no rod.
-    """
-
-    MODEL = "model"
-    RATIO = "ratio"
 
 
 # Numbers of the two forces, and of the moment.

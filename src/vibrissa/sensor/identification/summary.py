@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import chdtrc
 
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.goodness import LEVEL
 from vibrissa.sensor.identification.parameters import SLOPE
 from vibrissa.sensor.identification.periods import Grade, Periods, PeriodStatus
@@ -97,6 +97,13 @@ class FrictionSummary:
         """Standard deviation of the mean due to all errors, random and common."""
         return float(np.hypot(self.random, self.common))
 
+    @property
+    def grade(self) -> Grade | None:
+        """`Grade` of most periods in the mean; None if most are not in doubt."""
+        if self.doubtful + self.wrong <= MOST_WRONG * self.used:
+            return None
+        return Grade.WRONG if self.wrong > MOST_WRONG * self.used else Grade.DOUBTFUL
+
     def __str__(self) -> str:
         """Format the summary as lines."""
         return "\n".join((*self.answer(), *self.details()))
@@ -146,7 +153,7 @@ class FrictionSummary:
     def _mean(self) -> Iterator[str]:
         # To two digits of the error, which may be 0 or unknown.
         digits = int(np.clip(1 - np.floor(np.log10(np.fmax(self.deviation, 1e-9))), 0, 9))
-        doubt = " (in doubt)" if self.doubtful + self.wrong > MOST_WRONG * self.used else ""
+        doubt = " (in doubt)" if self.grade else ""
         yield f"mu0 = {self.mean:.{digits}f} ± {self.deviation:.2g}{doubt}, mean of {self._of}"
 
     def _parts(self) -> Iterator[str]:
@@ -173,12 +180,20 @@ class FrictionSummary:
         yield from (f"  {one.spelled(self.found.units)}" for one in causes)
 
 
+def used_in_mean(periods: Periods) -> BoolArray:
+    """Whether each period is in the mean friction: it ends with a slip, and is not graded wrong.
+
+    If most periods with a slip are graded wrong, all of them are in the mean.
+    """
+    wrong, slips = periods.grade == Grade.WRONG, periods.status == PeriodStatus.SLIP
+    most = wrong[slips].sum() > MOST_WRONG * slips.sum()
+    return np.asarray(slips if most else slips & ~wrong)
+
+
 def summary_of(found: "Identification") -> FrictionSummary:
     """Summarise the friction of the periods of an identification."""
     periods, wrong = found.periods, found.periods.grade == Grade.WRONG
-    slips = periods.status == PeriodStatus.SLIP
-    most = wrong[slips].sum() > MOST_WRONG * slips.sum()
-    used = slips if most else slips & ~wrong
+    slips, used = periods.status == PeriodStatus.SLIP, used_in_mean(periods)
     others = periods.status[~slips].tolist() + periods.grade[slips & ~used].tolist()
     bounds = periods.low[np.isfinite(periods.low) & ~wrong]
     known = FrictionSummary(

@@ -187,7 +187,6 @@ def task_of(
                 f"the ratio of the forces does not use the tolerance of {', '.join(needless)}"
             )
     stated = {**read_tolerances(units, recording.zeros, whisker), **read}
-    length = OWN_SLOPE_LENGTH if units.nondimensional else SLOPE_LENGTH / units.unit(Kind.LENGTH)
     recording, zeros = _tared(recording, known, {**assumed, **stated}, stated)
     sizes, stated = {**assumed, **stated, **zeros}, {**stated, **zeros}
     found = find_slips(recording, known)
@@ -200,9 +199,14 @@ def task_of(
         noise=np.hypot(known, rounded * np.sqrt(lasts - 1.0)),
         noise_is_given=given is not None,
         parameters=parameters_of(sizes, frozenset(stated), full_scale, whisker),
-        slope=Slope(deviation=sizes.get(SLOPE, 0.0), length=length),
+        slope=Slope(deviation=sizes.get(SLOPE, 0.0), length=slope_length(units)),
         units=units,
     )
+
+
+def slope_length(units: Units) -> float:
+    """Return the correlation length of the slope of the surface (L)."""
+    return OWN_SLOPE_LENGTH if units.nondimensional else SLOPE_LENGTH / units.unit(Kind.LENGTH)
 
 
 def _tared(

@@ -1,0 +1,55 @@
+"""The uncertainty of μ0 that `vibrissa design` predicts for the rod of a point."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrissa.design import Requirements, design
+from vibrissa.errors import VibrissaError
+from vibrissa.quantities.units import Kind, Quantity
+from vibrissa.sensor.setup import MOUNTING
+from vibrissa.study.surfaces import HEIGHTS
+
+# Without a stated yield strain the rod may be strained as much as it likes.
+ANY_STRAIN = 1.0
+
+
+def predicted_of(
+    point: Mapping[str, Any],
+    rod: Mapping[str, Any],
+    tolerances: Mapping[str, Quantity],
+    assume: bool,
+    contact: str,
+    section: str,
+) -> float:
+    """Return the standard deviation of μ0 from one period that a design predicts; NaN if none.
+
+    A design is for a plane of one friction, an ideal mounting and a transducer with noise. It
+    takes the law ``free``, and 30 periods in a recording.
+    """
+    mu0 = point.get("mu0", point.get("mean"))
+    uneven = any(key.split("_")[0] in HEIGHTS for key in point)
+    if mu0 is None or uneven or any(point[name] for name in MOUNTING):
+        return np.nan
+    stated = {key: value for key, value in rod.items() if value is not None}
+    if not {"material", "yield_strain"} & stated.keys():
+        stated["yield_strain"] = ANY_STRAIN
+    try:
+        found = design(
+            Requirements.read(
+                mu0=f"{mu0!r}",
+                step=f"{point['dx0'] * Kind.LENGTH.read(rod['length'], 'length')!r} m",
+                theta=f"{point['theta']!r}",
+                eta=f"{point['eta']!r}",
+                transducer=point.get("card", point["transducer"]),
+                contact=contact,
+                section=section,
+                tolerances=dict(tolerances),
+                assume=assume,
+                **stated,
+            )
+        )
+    except VibrissaError:
+        return np.nan
+    return float(found.best.whole[0])
