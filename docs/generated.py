@@ -18,7 +18,7 @@ from vibrissa.sensor.transducer import PRESETS
 from vibrissa.study.axes import AXES, TEXTURE_AXES, spell_values
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import FIGURE_KINDS, TABLES
-from vibrissa.study.schema import study_schema
+from vibrissa.study.json_schema import study_schema
 from vibrissa.tables import schemas
 from vibrissa.tables.frames import spell_unit
 from vibrissa.wording import markdown_table

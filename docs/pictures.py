@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrissa import Mounting, Rod, sensor, solve_curve
-from vibrissa.figures import labels, marks, style
+from vibrissa.figures import labels, style, symbols
 from vibrissa.files import write_atomically
 from vibrissa.scanning import surfaces, textures
 from vibrissa.sensor import Setup, Whisker, scan
@@ -27,12 +27,12 @@ def rod(panel: Axes, curve, x0: float, side: int = 1, clamp: float | None = None
     shape = curve.shapes(x0, S)
     x, y = at + side * np.asarray(shape.x).ravel(), np.asarray(shape.y).ravel()
     panel.plot(x, y, **{"linewidth": 1.6, **look})
-    marks.clamp(panel, at)
+    symbols.clamp(panel, at)
 
 
 def side_view(panel: Axes, left: float, right: float) -> None:
     """Give a panel with rods the same scale along both axes."""
-    marks.surface(panel, ETA)
+    symbols.surface(panel, ETA)
     panel.set(aspect="equal", xlim=(left, right), ylim=(-0.06, ETA + 0.14))
     panel.axis("off")
 

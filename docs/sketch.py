@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrissa import StickingCurve, solve_curve
-from vibrissa.figures import marks, style
+from vibrissa.figures import style, symbols
 from vibrissa.files import write_atomically
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
@@ -60,15 +60,15 @@ def ground(axes: Axes, ends: tuple[float, float], y: float, depth: float) -> Non
 
 def dimension(axes: Axes, start: tuple, stop: tuple, text: str, place: tuple) -> None:
     """Draw a dimension line with its symbol."""
-    marks.dimension(axes, start, stop)
+    symbols.dimension(axes, start, stop)
     axes.text(*place, text, ha="center", va="center", backgroundcolor="white", zorder=3)
 
 
 def contact_force(axes: Axes, at: tuple, alpha: float, size: float = 0.26) -> None:
     """Draw the force of the surface on the rod, and its inclination."""
-    tail = marks.force(axes, at, alpha, size, linewidth=1.8)
+    tail = symbols.force(axes, at, alpha, size, linewidth=1.8)
     axes.text(tail[0] + 0.03, tail[1], "$f$", color=RED, va="center")
-    marks.angle(axes, at, 0.17, (90.0, 90.0 + np.degrees(alpha)))
+    symbols.angle(axes, at, 0.17, (90.0, 90.0 + np.degrees(alpha)))
     way = 0.5 * np.pi + 0.55 * alpha
     axes.text(at[0] + 0.2 * np.cos(way), at[1] + 0.2 * np.sin(way), r"$\alpha$", ha="center")
 
@@ -92,19 +92,19 @@ def main() -> None:
     dimension(left, (0.86, 0.0), (0.86, eta), r"$\eta$", (0.86, 0.5 * eta))
     left.plot([0.25, 0.9], [0.0, 0.0], color=DARK, linewidth=0.4)
     place = rod["x"], rod["y"]
-    marks.angle(left, place, 0.1, (0.0, np.degrees(rod["phi"])))
+    symbols.angle(left, place, 0.1, (0.0, np.degrees(rod["phi"])))
     left.text(place[0] + 0.12, place[1] + 0.06, r"$\varphi(s)$")
     # The load on the clamp, each part in its positive direction.
-    marks.arrow(left, (x0, 0.0), (x0 + 0.17, 0.0), color=RED, linewidth=1.8)
+    symbols.arrow(left, (x0, 0.0), (x0 + 0.17, 0.0), color=RED, linewidth=1.8)
     left.text(x0 + 0.12, 0.025, "$f_x$", color=RED)
-    marks.arrow(left, (x0, 0.0), (x0, 0.17), color=RED, linewidth=1.8)
+    symbols.arrow(left, (x0, 0.0), (x0, 0.17), color=RED, linewidth=1.8)
     left.text(x0 - 0.055, 0.14, "$f_y$", color=RED)
     look = {"arrowstyle": "-|>", "color": RED, "linewidth": 1.8, "connectionstyle": "arc3,rad=0.6"}
     left.annotate("", (x0 - 0.02, 0.085), (x0 + 0.085, -0.02), arrowprops=look)
     left.text(x0 + 0.085, 0.075, "$m$", color=RED)
     left.text(-0.01, 0.3, r"$\alpha = 0$", color="0.45", ha="right")
-    marks.arrow(left, (-0.14, 0.62), (-0.02, 0.62))
-    marks.arrow(left, (-0.14, 0.62), (-0.14, 0.74))
+    symbols.arrow(left, (-0.14, 0.62), (-0.02, 0.62))
+    symbols.arrow(left, (-0.14, 0.62), (-0.14, 0.74))
     left.text(-0.02, 0.64, "$x$")
     left.text(-0.12, 0.73, "$y$")
     left.text(0.93, eta + 0.06, "surface", ha="right")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vibrissa.sticking.api import solve_onset as solve_onset
     from vibrissa.sticking.api import solve_state as solve_state
     from vibrissa.sticking.curve import StickingCurve as StickingCurve
-    from vibrissa.sticking.onsets import solve_onsets as solve_onsets
+    from vibrissa.sticking.onset_table import solve_onsets as solve_onsets
     from vibrissa.sticking.piece import StickingState as StickingState
     from vibrissa.sticking.vibration import free_frequencies as free_frequencies
     from vibrissa.tables.frames import read_table as read_table
@@ -39,7 +39,7 @@ __getattr__, __all__ = attached(
         "sticking.api": "EquilibriumState FrictionRange Onset friction_from_travel solve_curve "
         "solve_onset solve_state",
         "sticking.curve": "StickingCurve",
-        "sticking.onsets": "solve_onsets",
+        "sticking.onset_table": "solve_onsets",
         "sticking.piece": "StickingState",
         "sticking.vibration": "free_frequencies",
         "tables.frames": "read_table",

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from vibrissa.scanning.locking import locking_of, settled_rests
+from vibrissa.scanning.phase_locking import locking_of, settled_rests
 
 COLORS = {"free": "#0072b2", "kinetic": "#d55e00"}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from vibrissa.scanning.locking import locking_of, settled_rests
+from vibrissa.scanning.phase_locking import locking_of, settled_rests
 
 COLORS = ("#999999", "#56b4e9", "#0072b2", "#009e73", "#e69f00", "#d55e00")
 LAWS = {"free": "law free", "kinetic": r"law kinetic, $\mu_k/\mu_0 = 0.8$"}

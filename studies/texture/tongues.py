@@ -8,7 +8,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibrissa.scanning.locking import locking_of, settled_rests
+from vibrissa.scanning.phase_locking import locking_of, settled_rests
 
 COLORS = {
     "1 : 1": "#0072b2",

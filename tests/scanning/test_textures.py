@@ -12,7 +12,7 @@ from vibrissa import Mounting
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact
 from vibrissa.scanning import surfaces, textures
-from vibrissa.scanning.locking import locking_of, settled_rests, travel_on_slope
+from vibrissa.scanning.phase_locking import locking_of, settled_rests, travel_on_slope
 from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
 from vibrissa.scanning.slip import SlipLaw
 from vibrissa.scanning.stage import path, stage_of

@@ -15,9 +15,9 @@ from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.outcomes import Contact, Solver
 from vibrissa.study.axes import MOUNTING_AXES, Theta
 from vibrissa.study.chunks import points_of
+from vibrissa.study.json_schema import study_schema
 from vibrissa.study.model import Study
 from vibrissa.study.reading import read_study
-from vibrissa.study.schema import study_schema
 
 ROOT = Path(__file__).parents[2]
 

@@ -8,7 +8,7 @@ import yaml
 
 from vibrissa.figures import draw
 from vibrissa.study.figures import FIGURE_KINDS, NAMED_IN, TABLES
-from vibrissa.study.schema import study_schema
+from vibrissa.study.json_schema import study_schema
 from vibrissa.tables import schemas
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from PIL import Image
 
-from vibrissa.figures import marks, shapes, style
+from vibrissa.figures import shapes, style, symbols
 from vibrissa.figures.scans import SHAPES
 from vibrissa.figures.style import COLORS, END, INK, SHAPE
 from vibrissa.files import write_atomically
@@ -106,12 +106,12 @@ class _Film:
         self.begun.set_data(begun["shape_x"], begun["shape_y"])
         self.rod.set_data(now["shape_x"], now["shape_y"])
         x, y = float(now["shape_x"][0]), float(now["shape_y"][0])
-        self.clamp.set_data([x - marks.HALF_CLAMP, x + marks.HALF_CLAMP], [y, y])
+        self.clamp.set_data([x - symbols.HALF_CLAMP, x + symbols.HALF_CLAMP], [y, y])
         self.tip.set_data([now["x1"]], [now["eta"]])
         places = np.flatnonzero(done["phase"] == "slip")
         for place in places[self.slips :]:
             before, after = (float(done["x1"].iloc[at]) for at in (place - 1, place))
-            marks.slip(self.panel, before, after, float(now["eta"]), color=END, linewidth=1.0)
+            symbols.slip(self.panel, before, after, float(now["eta"]), color=END, linewidth=1.0)
             self.moving.append(self.panel.lines[-1])
             self.moving[-1].set_animated(True)
         self.slips = len(places)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from vibrissa.figures import labels, marks, style
+from vibrissa.figures import labels, style, symbols
 from vibrissa.figures.kinds import POINT, SCAN, kind
 from vibrissa.figures.series import Series
 from vibrissa.figures.style import SURFACE, THIN
@@ -116,7 +116,7 @@ def swing(rows: pd.DataFrame) -> Figure:
         _rod(panels, last, turn, color=series.color(turn), linewidth=1.4)
     for panel in panels:
         panel.plot(near["footpoint"], 0.0 * near["footpoint"], color="black", linewidth=0.6)
-    marks.clamp(panels[0], last["footpoint"])
+    symbols.clamp(panels[0], last["footpoint"])
     style.legend(figure)
     series.colorbar(list(panels))
     return figure

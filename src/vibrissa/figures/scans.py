@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibrissa.figures import labels, marks, shapes, style
+from vibrissa.figures import labels, shapes, style, symbols
 from vibrissa.figures.kinds import SCAN, kind
 from vibrissa.figures.series import SYMBOLS
 from vibrissa.figures.style import COLORS, DASHES, END, INK, SHAPE, START, Look
@@ -81,9 +81,9 @@ def _draw(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
     shapes.draw(panel, end, linewidth=linewidth, zorder=2.6, **ENDS)
     slips = end.merge(steps[steps["phase"] == "slip"], on="cycle", suffixes=("", "_after"))
     for tip, after, eta in zip(slips["x1"], slips["x1_after"], slips["eta"], strict=True):
-        marks.slip(panel, tip, after, eta, color=INK, linewidth=0.7)
+        symbols.slip(panel, tip, after, eta, color=INK, linewidth=0.7)
     for row in (steps.iloc[0], steps.iloc[-1]):
-        marks.clamp(panel, row["shape_x"][0], row["shape_y"][0])
+        symbols.clamp(panel, row["shape_x"][0], row["shape_y"][0])
 
 
 def _name_motion(panel: Axes, steps: pd.DataFrame) -> None:
@@ -96,7 +96,7 @@ def _name_motion(panel: Axes, steps: pd.DataFrame) -> None:
     panel.text(start, low - 0.03, text, va="top", fontsize=7)
     last = steps.iloc[-1]
     tail = float(last["footpoint"]) + 0.06, float(last["shape_y"][0])
-    marks.arrow(panel, tail, (tail[0] + 0.12, tail[1]))
+    symbols.arrow(panel, tail, (tail[0] + 0.12, tail[1]))
     panel.text(tail[0] + 0.14, tail[1], "clamp", va="center", fontsize=7)
     if (steps["phase"] == "slip").any():
         tips = sorted([sticking["x1"], *steps["x1"][steps["phase"] == "slip"]])

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from vibrissa.figures import marks, style
+from vibrissa.figures import style, symbols
 from vibrissa.numerics.arrays import FloatArray
 
 # Largest number of panels in a row.
@@ -82,7 +82,7 @@ def panels(
             panel.set_visible(False)
             continue
         panel.set_aspect("equal")
-        marks.surface(panel, etas[i])
+        symbols.surface(panel, etas[i])
         panel.set(xlim=(room.left, room.right + spare), ylim=(room.bottom, room.top))
         is_last = i + columns >= len(etas)
         panel.tick_params(labelbottom=is_last)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
-from vibrissa.figures import labels, marks, style
+from vibrissa.figures import labels, style, symbols
 from vibrissa.figures.kinds import SCAN, kind
 from vibrissa.figures.style import COLORS, DASHES, END, INK, LOAD, START, Look
 
@@ -58,14 +58,14 @@ def _rods(panels: Sequence[Axes], states: list[pd.Series]) -> None:
     for number, (panel, state, (name, color)) in enumerate(
         zip(panels, states, THREE_STATES, strict=True), 1
     ):
-        marks.surface(panel, eta)
+        symbols.surface(panel, eta)
         if before is not None:
             # The rod of the state before, to compare.
             look: Look = {"color": THREE_STATES[number - 2][1], "linestyle": DASHES[2]}
             panel.plot(before["shape_x"], before["shape_y"], linewidth=0.8, **look)
         _rod(panel, state, color)
         clamp = float(state["footpoint"])
-        marks.clamp(panel, clamp)
+        symbols.clamp(panel, clamp)
         panel.text(clamp, LOW, str(number), **_circled(color))
         panel.text(clamp + 0.08, LOW, name, color=color, **SMALL)
         panel.set(xlim=(left - LEFT, reach + RIGHT), ylim=(-BELOW, eta + ABOVE), aspect="equal")
@@ -80,10 +80,10 @@ def _rods(panels: Sequence[Axes], states: list[pd.Series]) -> None:
         (end, "force at the edge\nof the friction cone"),
     )
     for panel, tip, (state, words) in zip(panels[:2], tips[:2], forces, strict=True):
-        tail = marks.force(panel, (tip, eta), float(state["alpha"]), CONE)
+        tail = symbols.force(panel, (tip, eta), float(state["alpha"]), CONE)
         panel.text(tail[0] + 0.03, tail[1] - 0.02, words, color=LOAD, **SMALL)
     arrow: Look = {"linewidth": 1.4, "color": INK}
-    marks.arrow(panels[2], (tips[1], eta + 0.1), (tips[2], eta + 0.1), **arrow)
+    symbols.arrow(panels[2], (tips[1], eta + 0.1), (tips[2], eta + 0.1), **arrow)
     panels[2].text(tips[2] + 0.03, eta + 0.1, "the tip slips", **SMALL)
     ends = [float(begin["footpoint"]), float(end["footpoint"])]
     line: Look = {"color": INK, "linewidth": 0.8, "markersize": 4}

@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibrissa.figures import marks, shapes, style
+from vibrissa.figures import shapes, style, symbols
 from vibrissa.figures.kinds import kind
 from vibrissa.figures.series import SYMBOLS, Series
 from vibrissa.figures.style import COLORS, DASHES, INK, LOAD, WARNING, Look
@@ -43,7 +43,7 @@ def state(rows: pd.DataFrame) -> Figure:
     """
     solved = rows[rows["status"] == "solved"]
     room = shapes.room_of(solved)
-    room = room._replace(top=max(room.top, float(solved["eta"].max()) + marks.FORCE + 0.04))
+    room = room._replace(top=max(room.top, float(solved["eta"].max()) + symbols.FORCE + 0.04))
     figure, (panel,) = shapes.panels([float(solved["eta"].iloc[0])], room, 1, 1)
     left, right = panel.get_xlim()
     spare = 0.5 * (right - room.right)
@@ -62,7 +62,7 @@ def state(rows: pd.DataFrame) -> Figure:
             _force(panel, row)
     if len(solved) == 1:
         _angle(panel, solved.iloc[0])
-    marks.clamp(panel, 0.0)
+    symbols.clamp(panel, 0.0)
     for name in rows["state"][rows["status"] != "solved"]:
         style.no_result(panel, figure_name(name))
     shapes.legend(figure, columns=1)
@@ -92,7 +92,7 @@ def _rod(panel: Axes, row: pd.Series, line: Look) -> None:
         look: Look = {"ha": "right", "va": "bottom", "fontsize": 7, "color": WARNING}
         panel.text(x[is_beyond][0] - 0.02, row["eta"] + 0.05, "passes through\nthe surface", **look)
     panel.plot(x, y, **line)
-    marks.contact(panel, _touches(row), row["eta"], line["color"], is_real=not row["penetrates"])
+    symbols.contact(panel, _touches(row), row["eta"], line["color"], is_real=not row["penetrates"])
 
 
 def _touches(row: pd.Series) -> float:
@@ -102,7 +102,7 @@ def _touches(row: pd.Series) -> float:
 
 def _force(panel: Axes, row: pd.Series) -> None:
     """Draw the force of the surface on the rod, with its size."""
-    tail = marks.force(panel, (_touches(row), row["eta"]), row["alpha"])
+    tail = symbols.force(panel, (_touches(row), row["eta"]), row["alpha"])
     look: Look = {"color": LOAD, "fontsize": 7, "va": "center"}
     panel.text(tail[0] + 0.02, tail[1], f"$f = {row['f']:.1f}$", **look)
 
@@ -110,7 +110,7 @@ def _force(panel: Axes, row: pd.Series) -> None:
 def _angle(panel: Axes, row: pd.Series) -> None:
     """Draw the slope angle φ1 at the contact point."""
     at, phi1 = (_touches(row), float(row["eta"])), float(row["phi1"])
-    marks.angle(panel, at, 0.14, (0.0, np.degrees(phi1)))
+    symbols.angle(panel, at, 0.14, (0.0, np.degrees(phi1)))
     stop = at[0] + 0.19 * np.cos(phi1), at[1] + 0.19 * np.sin(phi1)
     panel.plot(*zip(at, stop, strict=True), color=INK, linewidth=0.7)
     place = at[0] + 0.16 * np.cos(0.5 * phi1), at[1] + 0.16 * np.sin(0.5 * phi1)

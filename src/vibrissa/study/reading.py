@@ -12,8 +12,8 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from vibrissa.errors import StudyError
+from vibrissa.study.json_schema import allowed_at
 from vibrissa.study.model import Study
-from vibrissa.study.schema import allowed_at
 from vibrissa.study.sections import NAME_ALLOWED, Mistake, in_words, shown
 from vibrissa.study.yaml12 import loaded, text_of
 

@@ -17,11 +17,11 @@ from vibrissa.scanning import surfaces
 from vibrissa.scanning.simulation import TipPhase, simulate
 from vibrissa.scanning.stage import path
 from vibrissa.sensor import Whisker, scan
+from vibrissa.sensor.identification.noise import noise_of
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.recording import (
     Method,
     direction,
-    noise_of,
     read_recording,
     table_of,
 )

@@ -17,7 +17,7 @@ from vibrissa.scanning import surfaces
 from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import path
 from vibrissa.sensor import Method, Whisker, identify
-from vibrissa.sensor.identification import verdict
+from vibrissa.sensor.identification import fitted_set_up
 from vibrissa.sensor.identification.slope import Slope
 
 GIVEN = {"theta": 2.0, "eta": 0.85}
@@ -74,7 +74,7 @@ def test_only_some_heights_of_many_periods_are_compared(recording, monkeypatch):
     every, level = (read(recording, "model", slope) for slope in (SLOPE.deviation, 0.0))
     # Of each period the height of the surface is fitted, too.
     assert every.goodness.degrees == level.goodness.degrees - len(every.periods)
-    monkeypatch.setattr(verdict, "MOST_HEIGHTS", 3)
+    monkeypatch.setattr(fitted_set_up, "MOST_HEIGHTS", 3)
     some = read(recording, "model", SLOPE.deviation).goodness
     assert some.degrees == every.goodness.degrees
     assert some.chi2 == pytest.approx(every.goodness.chi2, rel=1e-3)

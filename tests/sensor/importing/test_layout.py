@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from vibrissa.errors import RecordingError
 from vibrissa.sensor.importing import Settings, import_recording
+from vibrissa.sensor.importing.delimited import SEPARATORS
 from vibrissa.sensor.importing.layout import layout_of_text
-from vibrissa.sensor.importing.text import SEPARATORS
 
 TITLES = ["Weg", "Fx", "Fz"]
 ROWS = [(0.0, 0.5, -1.25), (0.02, 0.625, -1.375), (0.04, 0.75, -12.5), (0.06, 0.5, -1.0)]

@@ -14,8 +14,8 @@ from scipy.special import chdtrc, fdtrc, ndtri
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.units import Units
 from vibrissa.sensor.identification.fit import LEAST_WEIGHT
+from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.parameters import Parameter
-from vibrissa.sensor.identification.verdict import Verdict
 from vibrissa.sensor.tolerances import told
 
 # Least part of a parameter's variance that a recording must remove: less is rounding.
@@ -115,14 +115,14 @@ class Goodness:
     uneven: bool = False
 
     @classmethod
-    def of(cls, verdict: Verdict) -> "Goodness":
+    def of(cls, fitted: FittedSetUp) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
-        readings = len(verdict.task.recording) * len(verdict.task.used)
+        readings = len(fitted.task.recording) * len(fitted.task.used)
         return cls(
-            chi2=verdict.misfit - verdict.unevenness.chi2,
-            degrees=verdict.degrees,
-            noise_degrees=np.inf if verdict.task.noise_is_given else PER_READING * readings,
-            uneven=verdict.unevenness.chance < LEVEL,
+            chi2=fitted.misfit - fitted.unevenness.chi2,
+            degrees=fitted.degrees,
+            noise_degrees=np.inf if fitted.task.noise_is_given else PER_READING * readings,
+            uneven=fitted.unevenness.chance < LEVEL,
         )
 
     @property
@@ -175,36 +175,36 @@ class Cause:
         return f"{self.parameter.name} {way} by {by} (explains {self.explained:.0%} of the misfit)"
 
 
-def causes_of(verdict: Verdict, fits: bool) -> tuple[Cause, ...]:
+def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
     """Find quantities whose given values may be wrong, the likeliest first.
 
     Each quantity is estimated, to first order, as if it alone had an infinite tolerance. An exact
     quantity is fitted together with the contact points and, if the fit has converged, with the
     quantities that are not exact.
     """
-    fit, line, task = verdict.fit, verdict.line, verdict.task
-    free, settled = task.free, verdict.adjusted
-    changes, miss = line.changes[:, fit.rows], verdict.misses[fit.rows]
+    fit, line, task = fitted.fit, fitted.line, fitted.task
+    free, settled = task.free, fitted.adjusted
+    changes, miss = line.changes[:, fit.rows], fitted.misses[fit.rows]
     along, known = (changes * miss).sum(axis=(1, 2)), (changes**2).sum(axis=(1, 2))
     if settled:
         shared = line.jacobian @ changes.reshape(len(changes), -1).T
-        known -= (shared * (verdict.remaining @ shared)).sum(axis=0)
+        known -= (shared * (fitted.remaining @ shared)).sum(axis=0)
     named = (known > LEAST_WEIGHT) & [one.of not in NOT_NAMED for one in task.parameters]
     known = np.where(named, known, np.inf)
     size, deviation = along / known, 1.0 / np.sqrt(known)
     fall = size * along
     if settled:
-        left = np.diag(verdict.remaining)
+        left = np.diag(fitted.remaining)
         part = np.where(1.0 - left > LITTLE, 1.0 - left, np.inf)
         size[free] = fit.p[free] / part
         deviation[free] = task.sigma[free] * np.sqrt(left / part)
         fall[free] = named[free] * fit.scores**2 / part
-    degrees = verdict.degrees + verdict.unevenness.number
-    excess = float((fit.scores**2).sum()) if fits else verdict.misfit - degrees
+    degrees = fitted.degrees + fitted.unevenness.number
+    excess = float((fit.scores**2).sum()) if fits else fitted.misfit - degrees
     if excess <= 0.0:
         return ()  # nothing to explain
     explained = np.minimum(fall / excess, 1.0)
-    off = max(verdict.misfit / max(degrees, 1), 1.0)
+    off = max(fitted.misfit / max(degrees, 1), 1.0)
     # A cause outside the bounds of its parameter, such as an angle of 300°, is none.
     possible = [
         one.low <= part <= one.high

@@ -9,6 +9,7 @@ from vibrissa.errors import WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.factors import likely_factor
 from vibrissa.sensor.identification.fit import Fit, started
+from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.goodness import (
     SOUGHT,
     Cause,
@@ -21,10 +22,9 @@ from vibrissa.sensor.identification.periods import Check, Grade, Periods, Period
 from vibrissa.sensor.identification.propagation import HALF_WIDTH, common_deviation
 from vibrissa.sensor.identification.result import Identification, Residuals
 from vibrissa.sensor.identification.screw import pitch_error_of
-from vibrissa.sensor.identification.search import fitted
+from vibrissa.sensor.identification.search import fit_set_up
 from vibrissa.sensor.identification.slips import check_slips
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.identification.verdict import Verdict
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
@@ -48,35 +48,35 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
     check_slips(task.recording, task.spans, task.noise)
     start = started(task, whisker, table.nearest(task.blocks.readings).x0)
     _check_states(start, table)
-    verdict = fitted(start)
-    goodness = Goodness.of(verdict)
+    fitted = fit_set_up(start)
+    goodness = Goodness.of(fitted)
     free = [one for one in task.parameters if one.deviation > 0.0]
-    estimates = estimates_of(free, verdict.fit.p[task.free], verdict.covariance)
-    doubted = not (goodness.fits and verdict.settled) or any(one.far for one in estimates)
-    periods = read_periods(verdict)
+    estimates = estimates_of(free, fitted.fit.p[task.free], fitted.covariance)
+    doubted = not (goodness.fits and fitted.settled) or any(one.far for one in estimates)
+    periods = read_periods(fitted)
     channels = tuple(CHANNELS[number] for number in task.used)
-    residuals = verdict.fit.residuals
+    residuals = fitted.fit.residuals
     found = Identification(
         recording=task.recording,
-        periods=periods.doubted(*_checks(verdict, periods)),
+        periods=periods.doubted(*_checks(fitted, periods)),
         units=task.units,
         by_model=True,
         estimates=estimates,
-        covariance=verdict.covariance,
+        covariance=fitted.covariance,
         slope=task.slope,
         goodness=goodness,
-        causes=_causes(verdict, goodness.fits) if doubted else (),
+        causes=_causes(fitted, goodness.fits) if doubted else (),
         residuals=Residuals(clamp=task.blocks.clamp, values=residuals, channels=channels),
     )
     if not (goodness.fits or periods.coarse):
         found = found.noted(*task.noisier())
-    return found.doubted(unfitted(found, verdict.settled)) if doubted else found
+    return found.doubted(unfitted(found, fitted.settled)) if doubted else found
 
 
-def _causes(verdict: Verdict, fits: bool) -> tuple[Cause, ...]:
+def _causes(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
     """Find likely causes of a misfit, a repeated error of the positions included."""
-    repeated = None if fits else pitch_error_of(verdict)
-    found = (*causes_of(verdict, fits), *([] if repeated is None else [repeated]))
+    repeated = None if fits else pitch_error_of(fitted)
+    found = (*causes_of(fitted, fits), *([] if repeated is None else [repeated]))
     return tuple(sorted(found, key=lambda one: -one.explained)[:SOUGHT])
 
 
@@ -116,9 +116,9 @@ def _check_states(fit: Fit, table: StateTable) -> None:
         )
 
 
-def _checks(verdict: Verdict, periods: Periods) -> list[Check]:
+def _checks(fitted: FittedSetUp, periods: Periods) -> list[Check]:
     """Check that each period fits a sticking tip, and that slips have the clamp's direction."""
-    fit = verdict.fit
+    fit = fitted.fit
     worst = fit.task.blocks.sums(fit.residuals**2).argmax(axis=1)
     contact = fit.model.contact(fit.u)
     own = np.hypot(fit.known**-0.5, fit.task.recording.position)
@@ -129,18 +129,16 @@ def _checks(verdict: Verdict, periods: Periods) -> list[Check]:
     why = "does not fit a tip that sticks; if slips are slow, state --slip-time"
     return [
         *(
-            Check(
-                Grade.WRONG, ~verdict.fits_alone & (worst == number), f"{CHANNELS[channel]} {why}"
-            )
+            Check(Grade.WRONG, ~fitted.fits_alone & (worst == number), f"{CHANNELS[channel]} {why}")
             for number, channel in enumerate(fit.task.used)
         ),
         Check(Grade.WRONG, against, "the tip cannot slip in this direction"),
     ]
 
 
-def read_periods(verdict: Verdict) -> Periods:
+def read_periods(fitted: FittedSetUp) -> Periods:
     """Estimate the friction of the periods from a fit."""
-    fit, line = verdict.fit, verdict.line
+    fit, line = fitted.fit, fitted.line
     sign = fit.task.ends.sign
     states, x0 = fit.model.onset(fit.u)
     slope = sign * states.demand_slope(np.clip(x0, states.x0_pull, states.x0_lock))[:, 1]
@@ -150,9 +148,9 @@ def read_periods(verdict: Verdict) -> Periods:
     own = np.sqrt(1.0 / fit.known + fit.task.recording.position**2 / 2.0 + late**2)
     by_noise = np.abs(slope) * own
     effects = line.friction + slope[:, None] * line.u
-    heights = _by_height(verdict, effects[:, fit.task.number["eta"]])
+    heights = _by_height(fitted, effects[:, fit.task.number["eta"]])
     effects = (effects + heights.effects)[:, fit.task.free]
-    common = common_deviation(effects, verdict.covariance)
+    common = common_deviation(effects, fitted.covariance)
     along = fit.model.friction(fit.u)
     # The tip slips only between the end of pulling and the lock, with friction against its motion.
     first, last = np.sort(x0, axis=1)[:, [0, -1]].T
@@ -196,12 +194,12 @@ class _ByHeight(NamedTuple):
     effects: FloatArray
 
 
-def _by_height(verdict: Verdict, effect: FloatArray) -> _ByHeight:
+def _by_height(fitted: FittedSetUp, effect: FloatArray) -> _ByHeight:
     """Estimate the change of μ0 due to the heights, where μ0 changes by `effect` per height."""
-    none, line = np.zeros(len(effect)), verdict.line
-    if not (verdict.task.slope.deviation and verdict.settled):
+    none, line = np.zeros(len(effect)), fitted.line
+    if not (fitted.task.slope.deviation and fitted.settled):
         return _ByHeight(change=none, left=none, effects=none[:, None])
-    height, variance = verdict.heights
+    height, variance = fitted.heights
     part = line.allowed / (line.allowed + variance)
     return _ByHeight(
         change=effect * part * height,

@@ -27,13 +27,11 @@ IMPORT = "If the file has other titles or another layout, convert it with vibris
 FEWEST_SAMPLES = 3
 # Samples over which positions and speeds of the clamp are averaged.
 STEPS = 9
-# Second differences beyond this multiple of their standard deviation are slips, not noise.
-OUTLIER = 4.0
 # Number of stretches of lines that a note lists.
 LISTED = 5
-# If the clamp rests in more than the part RESTS of the steps, it does so on purpose, and its
-# positions have no noise. OFTEN: the part in which it rests between steps of several samples.
-RESTS, OFTEN = 0.1, 0.3
+# If the clamp rests in more than this part of the steps, it does so on purpose, and its positions
+# have no noise.
+RESTS = 0.1
 # Least way back of a noisy clamp that turns, in standard deviations of one position: the noise of
 # the averaged positions comes to half of it.
 TURN = 6.0
@@ -324,31 +322,3 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
     shown = [f"{one[0]}-{one[-1]}" if len(one) > 1 else f"{one[0]}" for one in runs[:LISTED]]
     more = ["..."] if len(runs) > LISTED else []
     return (f"{why} in {counted(len(lines), 'row')}, left out: line {', '.join(shown + more)}",)
-
-
-def noise_of(readings: FloatArray, clamp: FloatArray | None = None) -> FloatArray:
-    """Estimate the noise of each channel from second differences; outliers (slips) are left out.
-
-    With the positions of the clamp, shape (n,), it is estimated from differences at rest, too, if
-    the clamp often rests: these contain no rise of the load. The smaller estimate counts, as
-    positions of a coarse resolution may be equal while the clamp moves.
-    """
-    # The second difference of three readings has 1 + 4 + 1 times their variance.
-    noise = _scatter(np.diff(readings, n=2, axis=0)) / np.sqrt(6.0)
-    rests = np.zeros(0, dtype=bool) if clamp is None else np.diff(clamp) == 0.0
-    if rests.sum() > OFTEN * len(rests):
-        still = _scatter(np.diff(readings, axis=0)[rests]) / np.sqrt(2.0)
-        noise = np.where(still > 0.0, np.fmin(noise, still), noise)
-    return noise
-
-
-def _scatter(changes: FloatArray) -> FloatArray:
-    """Root mean square of the columns of changes without outliers; NaN if there are no changes."""
-    from scipy.special import ndtri  # half a second to load
-
-    if not len(changes):
-        return np.full(changes.shape[1], np.nan)
-    size = np.abs(changes)
-    usual: BoolArray = size <= OUTLIER * np.median(size, axis=0) / ndtri(0.75)
-    with np.errstate(invalid="ignore"):
-        return np.sqrt(np.where(usual, size**2, 0.0).sum(axis=0) / usual.sum(axis=0))

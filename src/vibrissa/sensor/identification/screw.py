@@ -14,8 +14,8 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.units import Kind, Units
 from vibrissa.sensor.identification.fit import LEAST_WEIGHT, Fit
+from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.goodness import LEVEL, Cause
-from vibrissa.sensor.identification.verdict import Verdict
 
 # Least number of blocks of samples in a pitch, and of pitches in the scan.
 FINEST, FEWEST = 4.0, 4.0
@@ -68,29 +68,29 @@ class _Wave(NamedTuple):
 NO_WAVE = _Wave(fall=0.0, size=0.0)
 
 
-def pitch_error_of(verdict: Verdict) -> PitchError | None:
+def pitch_error_of(fitted: FittedSetUp) -> PitchError | None:
     """Find an error of the positions that repeats and explains most of the misfit, if any."""
-    fit, degrees = verdict.fit, verdict.degrees + verdict.unevenness.number
-    blocks, excess = verdict.task.blocks, verdict.misfit - degrees
+    fit, degrees = fitted.fit, fitted.degrees + fitted.unevenness.number
+    blocks, excess = fitted.task.blocks, fitted.misfit - degrees
     way, steps = np.ptp(blocks.clamp), np.abs(np.diff(blocks.clamp))
     if excess <= 0.0 or not steps.any():
         return None
     # Readings change along `slope` where positions are wrong.
     weight = np.where(fit.rows, (fit.slope**2).sum(axis=1), 0.0)
-    along = np.where(fit.rows, (verdict.misses * fit.slope).sum(axis=1), 0.0)
+    along = np.where(fit.rows, (fitted.misses * fit.slope).sum(axis=1), 0.0)
     most = way / (FINEST * np.median(steps[steps > 0.0]))
     number = int(np.clip(FINER * (most - FEWEST), 0, MOST_TRIED))
     if not number:
         return None
     waves = 2.0 * np.pi / way * np.linspace(FEWEST, most, number)
     best = float(waves[np.argmax([_alone(fit, weight, along, wave).fall for wave in waves])])
-    found = _with_set_up(verdict, weight, best)
+    found = _with_set_up(fitted, weight, best)
     # Each wave has two coefficients: χ² of two degrees of freedom falls by more with exp(−fall/2).
     if number * np.exp(-0.5 * found.fall) > LEVEL or found.fall < EXPLAINS * excess:
         return None
-    left = max((verdict.misfit - found.fall) / max(degrees, 1), 1.0)
+    left = max((fitted.misfit - found.fall) / max(degrees, 1), 1.0)
     return PitchError(
-        parameter=verdict.task.parameters[verdict.task.number["stage_scale"]],
+        parameter=fitted.task.parameters[fitted.task.number["stage_scale"]],
         size=found.size,
         deviation=found.size * np.sqrt(left / found.fall),
         explained=min(found.fall / excess, 1.0),
@@ -117,17 +117,17 @@ def _alone(fit: Fit, weight: FloatArray, along: FloatArray, number: float) -> _W
     return _fitted((weight * waves) @ waves.T, waves @ along)
 
 
-def _with_set_up(verdict: Verdict, weight: FloatArray, number: float) -> _Wave:
+def _with_set_up(fitted: FittedSetUp, weight: FloatArray, number: float) -> _Wave:
     """Fit an error with this wave number (1/L) together with the set-up, to first order."""
-    fit, line = verdict.fit, verdict.line
+    fit, line = fitted.fit, fitted.line
     waves = _waves(fit, weight, number)
     moved = [line.levelled(fit.slope * one[:, None]) for one in waves]
     changes = np.stack([one[fit.rows].ravel() for one in moved])
     square = changes @ changes.T
-    if verdict.adjusted:
+    if fitted.adjusted:
         shared = line.jacobian @ changes.T
-        square -= shared.T @ verdict.remaining @ shared
-    return _fitted(square, changes @ verdict.misses[fit.rows].ravel())
+        square -= shared.T @ fitted.remaining @ shared
+    return _fitted(square, changes @ fitted.misses[fit.rows].ravel())
 
 
 def _fitted(square: FloatArray, along: FloatArray) -> _Wave:

@@ -14,11 +14,11 @@ from scipy.optimize import lsq_linear
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.fit import Fit
+from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.forward import forward_models
 from vibrissa.sensor.identification.linearisation import Linearisation
-from vibrissa.sensor.identification.verdict import Verdict
 
-# Number of Gauss-Newton steps by which u is fitted, from its first-order change.
+# Number of Gauss-Newton steps by which u is fit_set_up, from its first-order change.
 CONTACT_STEPS = 2
 # Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
 SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
@@ -28,7 +28,7 @@ NOTHING = 1e-10
 MOST_ALONE = 0.5
 
 
-def fitted(start: Fit) -> Verdict:
+def fit_set_up(start: Fit) -> FittedSetUp:
     """Fit the set-up; leave out periods that do not fit by themselves, if fewer than half.
 
     Raises
@@ -44,11 +44,11 @@ def fitted(start: Fit) -> Verdict:
     return _searched(line.keeping(~alone))
 
 
-def _searched(start: Linearisation) -> Verdict:
+def _searched(start: Linearisation) -> FittedSetUp:
     """Fit the set-up; return the given set-up if the steps do not settle."""
     best, line, fresh = start.at, start, True
     if not best.task.free.any():
-        return Verdict(fit=best, line=line, settled=True)
+        return FittedSetUp(fit=best, line=line, settled=True)
     for _ in range(MOST_STEPS):
         before, better = line.total(best), _better(best, line)
         small = better is None or before - line.total(better) < SETTLED * before + NOTHING
@@ -57,14 +57,14 @@ def _searched(start: Linearisation) -> Verdict:
         if small and fresh:
             if better is None:
                 break
-            return Verdict(fit=best, line=line, settled=True)
+            return FittedSetUp(fit=best, line=line, settled=True)
         fresh = small
         if small:
             try:
                 line = Linearisation.of(best)
             except NoResponseError:
                 break
-    return Verdict(fit=start.at, line=start, settled=False)
+    return FittedSetUp(fit=start.at, line=start, settled=False)
 
 
 def _better(fit: Fit, line: Linearisation) -> Fit | None:

@@ -14,7 +14,8 @@ import numpy as np
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.recording import FORCES, MOMENT, RESTS, Recording, noise_of
+from vibrissa.sensor.identification.noise import noise_of
+from vibrissa.sensor.identification.recording import FORCES, MOMENT, RESTS, Recording
 
 # A fall by this many standard deviations of one reading is a slip. In 10^5 samples whose load
 # hardly changes from one to the next, noise makes such a fall in one recording of ten.

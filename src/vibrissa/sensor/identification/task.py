@@ -11,8 +11,9 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind, Units
 from vibrissa.sensor.identification.blocks import Blocks, condensed
 from vibrissa.sensor.identification.holds import rounding
+from vibrissa.sensor.identification.noise import noise_of
 from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
-from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
+from vibrissa.sensor.identification.recording import FORCES, Recording
 from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.setup import Setup

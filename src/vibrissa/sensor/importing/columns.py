@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vibrissa.errors import ArgumentError
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind, is_number, unit_ratio, unit_size
-from vibrissa.sensor.importing.cells import is_missing
 from vibrissa.sensor.importing.clock import is_clock, is_date, is_dated, unit_since_1970
+from vibrissa.sensor.importing.numbers import is_missing
 from vibrissa.sensor.transducer import CHANNELS
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from vibrissa.numerics.arrays import IntArray
 from vibrissa.sensor.identification.recording import left_out
-from vibrissa.sensor.importing.cells import Signs, is_missing, signs_of
+from vibrissa.sensor.importing.delimited import Grid, Rows, decoded, grid_of_text
 from vibrissa.sensor.importing.head import head_of, is_numbering, rows_of_head
-from vibrissa.sensor.importing.text import Grid, Rows, decoded, grid_of_text
+from vibrissa.sensor.importing.numbers import Signs, is_missing, signs_of
 from vibrissa.wording import counted
 
 if TYPE_CHECKING:

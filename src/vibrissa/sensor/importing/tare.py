@@ -8,7 +8,7 @@ import numpy as np
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.ends import FEWEST, moving, touching
-from vibrissa.sensor.identification.recording import noise_of
+from vibrissa.sensor.identification.noise import noise_of
 from vibrissa.sensor.transducer import CHANNELS
 
 # Errors of successive readings may be correlated (filter, hum). With enough readings, the error of

@@ -12,7 +12,7 @@ from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import IntArray
 from vibrissa.quantities.series import lines_of, listed
 from vibrissa.sensor.identification.recording import left_out
-from vibrissa.sensor.importing.cells import (
+from vibrissa.sensor.importing.numbers import (
     ERRORS,
     is_empty,
     share_of_numbers,

@@ -13,9 +13,7 @@ import numpy as np
 
 from vibrissa.errors import RecordingError
 from vibrissa.extras import require
-from vibrissa.sensor.importing.cells import Signs
-from vibrissa.sensor.importing.layout import Layout, layout_of_grid, layout_of_text
-from vibrissa.sensor.importing.text import (
+from vibrissa.sensor.importing.delimited import (
     FEWEST_COLUMNS,
     FEWEST_ROWS,
     Grid,
@@ -23,6 +21,8 @@ from vibrissa.sensor.importing.text import (
     grid_of_rows,
     no_table,
 )
+from vibrissa.sensor.importing.layout import Layout, layout_of_grid, layout_of_text
+from vibrissa.sensor.importing.numbers import Signs
 from vibrissa.wording import counted
 
 if TYPE_CHECKING:

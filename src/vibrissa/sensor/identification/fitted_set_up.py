@@ -19,7 +19,7 @@ MOST_HEIGHTS = 500
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Verdict:
+class FittedSetUp:
     """A fitted set-up beside the recording; see `Fit` for the shapes.
 
     Attributes
