@@ -14,7 +14,7 @@ import pytest
 import made_tables
 import small_study
 from vibrissa.checking import reference
-from vibrissa.checking.condensing import condensed
+from vibrissa.checking.condensing import condensed_parts
 from vibrissa.checking.differences import moved
 from vibrissa.checking.reference import as_text, bless, compare_folders
 from vibrissa.checking.tolerances import Tolerance, read_layouts
@@ -44,6 +44,11 @@ def with_results(root, name, table, **more):
     for kind, one in ({"stiction": table} | more).items():
         store.write(one, folder / f"tables/{kind}.parquet", f"study: {name}\n")
     return folder
+
+
+def condensed(folder):
+    """Condensed tables, each with all of its parts."""
+    return {name: pd.concat(parts) for name, parts in condensed_parts(folder).items()}
 
 
 def changed(table, column, row, value):
