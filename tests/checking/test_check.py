@@ -14,14 +14,14 @@ import pytest
 import made_tables
 import small_study
 from vibrissa.checking import reference
-from vibrissa.checking.condensing import condensed
+from vibrissa.checking.condensing import condensed_parts
 from vibrissa.checking.differences import moved
 from vibrissa.checking.reference import as_text, bless, compare_folders
 from vibrissa.checking.tolerances import Tolerance, read_layouts
 from vibrissa.errors import ComparisonError
 from vibrissa.sticking.comparison import compare
 from vibrissa.study.reading import read_study
-from vibrissa.tables import store
+from vibrissa.tables import query, store
 from vibrissa.tables.records import comparison_table
 
 ROOT = Path(__file__).parents[2]
@@ -44,6 +44,11 @@ def with_results(root, name, table, **more):
     for kind, one in ({"stiction": table} | more).items():
         store.write(one, folder / f"tables/{kind}.parquet", f"study: {name}\n")
     return folder
+
+
+def condensed(folder):
+    """Condensed tables, each with all of its parts."""
+    return {name: pd.concat(parts) for name, parts in condensed_parts(folder).items()}
 
 
 def changed(table, column, row, value):
@@ -304,3 +309,15 @@ def test_infinite_numbers_are_null_in_json(tmp_path, blessed, stiction):
     other = with_results(tmp_path, "other", changed(stiction, "x0_slip", 0, math.inf))
     found = compare_folders(other, blessed[1], LAYOUTS)
     assert json.loads(found.json())["differences"][0]["absolute"] is None
+
+
+def test_a_reference_is_written_a_part_at_a_time(blessed, monkeypatch):
+    results, folder = blessed
+    whole = {path.name: path.read_text() for path in folder.glob("*.csv")}
+    monkeypatch.setattr(reference, "AT_ONCE", 1)
+    monkeypatch.setattr(query, "ROWS", 1)
+    bless(results, folder, LAYOUTS)
+    for name, text in whole.items():
+        lines = (folder / name).read_text().splitlines()
+        assert lines[0] == text.splitlines()[0] and sorted(lines) == sorted(text.splitlines())
+    assert not compare_folders(results, folder, LAYOUTS).differences

@@ -42,14 +42,6 @@ _CYCLE = {
 }
 
 
-def condensed(folder: Path) -> dict[str, pd.DataFrame]:
-    """Read the tables in a folder of results, condensed enough to compare them in a diff.
-
-    The result maps names to tables, as `condensed_parts` describes them.
-    """
-    return {name: pd.concat(parts) for name, parts in condensed_parts(folder).items()}
-
-
 def condensed_parts(folder: Path) -> dict[str, Iterator[pd.DataFrame]]:
     """Read the tables in a folder of results a part at a time, condensed.
 

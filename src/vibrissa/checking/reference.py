@@ -17,7 +17,7 @@ import pandas as pd
 from pandas.errors import ParserWarning
 
 from vibrissa.checking import proofs
-from vibrissa.checking.condensing import condensed, condensed_parts
+from vibrissa.checking.condensing import condensed_parts
 from vibrissa.checking.differences import Difference, compare
 from vibrissa.checking.tolerances import Layout
 from vibrissa.errors import ComparisonError
@@ -255,6 +255,8 @@ def read_parts(path: Path) -> Iterator[pd.DataFrame]:
 def bless(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> None:
     """Write the results as reference tables; remove tables that the study no longer has.
 
+    Rows are sorted by their keys, in a large table every 10,000 rows or so.
+
     Raises
     ------
     ComparisonError
@@ -264,13 +266,28 @@ def bless(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> None
         raise ComparisonError(
             f"{reference} is a folder of results; reference tables need a folder of their own"
         )
-    frames = condensed(results)
-    found = {name: as_text(frames[name], layouts[name]) for name in frames if name in layouts}
+    parts = condensed_parts(results)
     reference.mkdir(parents=True, exist_ok=True)
-    for name in layouts:
+    for name, layout in layouts.items():
         path = reference / f"{name}.csv"
-        if name not in found:
+        if name not in parts:
             path.unlink(missing_ok=True)
             continue
         with write_atomically(path) as temporary:
-            found[name].to_csv(temporary, index=False, lineterminator="\n")
+            for number, rows in enumerate(_gathered(parts[name])):
+                text = as_text(rows, layout)
+                text.to_csv(
+                    temporary, mode="a", header=not number, index=False, lineterminator="\n"
+                )
+
+
+def _gathered(parts: Iterator[pd.DataFrame]) -> Iterator[pd.DataFrame]:
+    """Join the parts of a table to parts of `AT_ONCE` rows or more, and a last one."""
+    some: list[pd.DataFrame] = []
+    for part in parts:
+        some.append(part)
+        if sum(map(len, some)) >= AT_ONCE:
+            yield pd.concat(some)
+            some = []
+    if some:
+        yield pd.concat(some)

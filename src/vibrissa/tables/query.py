@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 Readable: TypeAlias = "pa.Table | Dataset"
 # Options that read little ahead: with the defaults, memory grows with the size of the table.
 FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "fragment_readahead": 1}
+# Number of rows in a batch: as texts they take some 50 MB.
+ROWS = 8192
 
 
 def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
@@ -63,7 +65,8 @@ def batches(
         return
     (path,) = table.files
     with store.reading(path):
-        for batch in table.to_batches(columns=list(columns), filter=where, **FEW_AT_ONCE):
+        options = {"columns": list(columns), "filter": where, "batch_size": ROWS, **FEW_AT_ONCE}
+        for batch in table.to_batches(**options):
             yield pa.Table.from_batches([batch])
 
 
