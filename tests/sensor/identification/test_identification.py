@@ -261,6 +261,18 @@ def test_another_rod_is_refused(response):
         found_in(recording, theta=3.0)
 
 
+@pytest.mark.slow
+def test_what_the_tolerances_allow_is_fitted_not_refused(response):
+    _, recording = recorded(response)
+    stiffer = replace(recording, readings=1.3 * recording.readings)
+    with pytest.raises(ValueError, match="no state of this rod"):
+        found_in(stiffer, 1.3 * NOISE, tolerances={"modulus": 0.05})
+    found = found_in(stiffer, 1.3 * NOISE, tolerances={"modulus": 0.15})
+    expected = found_in(recording)
+    assert found.mu0 == pytest.approx(expected.mu0, rel=1e-3, nan_ok=True)
+    assert found.doubt.tolist() == expected.doubt.tolist()
+
+
 def test_noiseless_readings_need_a_noise(response):
     still = recording_of(np.arange(5.0) / 1e3, np.tile([-0.1, -1.2, -0.4], (5, 1)))
     with pytest.raises(ValueError, match="noise"):

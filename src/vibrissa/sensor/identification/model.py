@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.errors import WrongRodError
+from vibrissa.errors import NoResponseError, WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.factors import likely_factor
 from vibrissa.sensor.identification.fit import Fit, started
@@ -17,6 +17,7 @@ from vibrissa.sensor.identification.goodness import (
     causes_of,
     estimates_of,
 )
+from vibrissa.sensor.identification.linearisation import Linearisation
 from vibrissa.sensor.identification.mixing import MISFIT, StateTable
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus, periods_of
 from vibrissa.sensor.identification.propagation import HALF_WIDTH, common_deviation
@@ -29,8 +30,9 @@ from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
 # A sample is no state of the rod if its residual exceeds the part MOST_MISFIT of its readings, and
-# the noise. If more than the part MOST_OFF of the samples are no states, the recording is refused.
-MOST_MISFIT, MOST_OFF = 0.1, 0.2
+# the noise. If more than the part MOST_OFF of the samples are no states, and the residuals exceed
+# TOLERATED standard deviations of what the tolerances allow, the recording is refused.
+MOST_MISFIT, MOST_OFF, TOLERATED = 0.1, 0.2, 4.0
 # Number of standard deviations by which a contact must move forward in a slip.
 CERTAIN = 6.0
 
@@ -101,9 +103,7 @@ def _check_states(fit: Fit, table: StateTable) -> None:
     The message names a likely cause, if a single factor makes the recording fit.
     """
     blocks = fit.task.blocks
-    squares = (fit.residuals**2).sum(axis=1) / blocks.count
-    size = (fit.task.weighted(blocks.readings) ** 2).sum(axis=1)
-    off = squares > np.maximum(MISFIT, MOST_MISFIT**2 * size)
+    off = _no_states(fit)
     part = float(blocks.count[off].sum() / blocks.count.sum())
     if part > MOST_OFF:
         first = fit.task.recording.line[int(blocks.row[off][0])]
@@ -114,6 +114,24 @@ def _check_states(fit: Fit, table: StateTable) -> None:
         raise WrongRodError(
             f"{part:.0%} of the samples fit no state of this rod, first in line {first}: {cause}"
         )
+
+
+def _no_states(fit: Fit) -> BoolArray:
+    """Find the blocks of samples that are no states of the rod, shape (n,).
+
+    If there are many, only those count that no rod within the tolerances explains, to first order.
+    """
+    blocks, squares = fit.task.blocks, (fit.residuals**2).sum(axis=1)
+    size = (fit.task.weighted(blocks.readings) ** 2).sum(axis=1) * blocks.count
+    off: BoolArray = squares > np.maximum(MISFIT * blocks.count, MOST_MISFIT**2 * size)
+    if blocks.count[off].sum() <= MOST_OFF * blocks.count.sum():
+        return off
+    try:
+        line = Linearisation.of(fit)
+    except NoResponseError:
+        return off
+    allowed = (fit.task.sigma[:, None, None] * line.readings) ** 2
+    return off & (squares > TOLERATED**2 * allowed.sum(axis=(0, 2)))
 
 
 def _checks(fitted: FittedSetUp, periods: Periods) -> list[Check]:

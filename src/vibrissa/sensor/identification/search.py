@@ -18,7 +18,7 @@ from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.forward import forward_models
 from vibrissa.sensor.identification.linearisation import Linearisation
 
-# Number of Gauss-Newton steps by which u is fit_set_up, from its first-order change.
+# Number of Gauss-Newton steps by which u is fitted, from its first-order change.
 CONTACT_STEPS = 2
 # Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
 SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
