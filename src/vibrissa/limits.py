@@ -8,6 +8,8 @@ from vibrissa.errors import ArgumentError
 
 # Largest number of coefficients of a stiffening.
 MOST_POWERS = 8
+# Coefficients up to this size are left out where the least stiffness is sought.
+TINY = 1e-17
 
 
 def check_stiffening(powers: Sequence[float]) -> None:
@@ -26,7 +28,8 @@ def check_stiffening(powers: Sequence[float]) -> None:
         raise ArgumentError(
             f"stiffening must have at most {MOST_POWERS} coefficients, got {len(powers)}"
         )
-    stiffness = np.polynomial.Polynomial([1.0, *powers])
+    # Coefficients that cannot change the stiffness by rounding would spoil the roots.
+    stiffness = np.polynomial.Polynomial([1.0, *powers]).trim(TINY)
     turns = stiffness.deriv().roots()
     inside = turns.real[(np.abs(turns.imag) < 1e-6) & (turns.real > 0.0) & (turns.real < 1.0)]
     places = np.append(inside, 1.0)

@@ -85,7 +85,7 @@ def test_a_tube_is_designed_with_the_stress_and_the_weight_of_a_tube():
         **{"theta": "1.5", "eta": "0.85", "diameter": "0.5 mm", "length": "100 mm"},
     }
     solid, tube = (
-        {one.name: float(one.value) for one in found.best.limits}
+        {one.name: float(one.value) for one in found.best.checks}
         for found in (checked(**asked), checked(**asked, bore=0.6))
     )
     assert tube["force_y"] < 0.95 * solid["force_y"]

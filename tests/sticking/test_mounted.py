@@ -293,7 +293,7 @@ def test_cycles_of_an_oblique_stage_end_where_the_tip_does_not_slip_any_more():
 
 
 def test_shooting_knows_the_ideal_mounting_alone():
-    with pytest.raises(ArgumentError, match="solves the ideal mounting alone"):
+    with pytest.raises(ArgumentError, match="solves the ideal mounting of a solid rod alone"):
         solve_curve(2.0, 0.85, "shooting", 0.01, mounting=Mounting(clamp_angle=0.1))
     with pytest.raises(ArgumentError, match=r"mounting must be a Mounting, got 0\.1"):
         solve_curve(2.0, 0.85, mounting=0.1)

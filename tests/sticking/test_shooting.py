@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import optimize
 
 from vibrissa import Status, solve_curve
 from vibrissa.sticking.solving import shooting
@@ -60,7 +61,7 @@ def test_accuracy_of_the_force(tolerances, least, most):
 
 def test_false_minimum_is_mended(monkeypatch):
     # A search that gives up after a few iterations leaves the miss of a false minimum.
-    original = shooting.minimize
+    original = optimize.minimize
     calls = []
 
     def hasty(*args, options, **kwargs):
@@ -69,19 +70,19 @@ def test_false_minimum_is_mended(monkeypatch):
             options = options | {"maxiter": 6}
         return original(*args, options=options, **kwargs)
 
-    monkeypatch.setattr(shooting, "minimize", hasty)
+    monkeypatch.setattr(optimize, "minimize", hasty)
     state = shooting.initial_state(1.0, 0.98)
     assert state.miss <= shooting.PRECISE.miss
     assert len(calls) > 1
 
 
 def test_false_minimum_that_cannot_be_mended_is_not_believed(monkeypatch):
-    original = shooting.minimize
+    original = optimize.minimize
 
     def hasty(*args, options, **kwargs):
         return original(*args, options=options | {"maxiter": 6}, **kwargs)
 
-    monkeypatch.setattr(shooting, "minimize", hasty)
+    monkeypatch.setattr(optimize, "minimize", hasty)
     curve = shooting.solve_curve(1.0, 0.85, 0.004, replace(shooting.PRECISE, restarts=1))
     assert curve.status is Status.FAILED
     assert "missed the contact point" in curve.message

@@ -61,7 +61,7 @@ def test_what_is_read_of_a_table_is_what_was_asked_for(long_table):
 def test_a_table_is_read_in_parts_with_its_units(long_table):
     table = query.opened(long_table, STICTION)
     read = list(query.batches(table, ["eta"]))
-    assert len(read) == 4 and pa.concat_tables(read).equals(query.rows(table, ["eta"]))
+    assert len(read) == 8 and pa.concat_tables(read).equals(query.rows(table, ["eta"]))
     assert table.schema.field("eta").metadata == STICTION.field("eta").metadata
     assert table.schema.metadata[b"vibrissa.study"] == b"the study"
 

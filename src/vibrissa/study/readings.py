@@ -54,14 +54,18 @@ class ReadingSection(Section):
     """Recordings of scans, from each of which friction is read."""
 
     scan: Name = Field(description="name of the scan; each combination of its values is recorded")
-    transducer: Annotated[list[str], BeforeValidator(in_list), Field(min_length=1)] = Field(
+    transducer: Annotated[
+        list[str],
+        BeforeValidator(in_list, str | list[str]),
+        Field(min_length=1),
+    ] = Field(
         description="name of a transducer, or of a file beside the study file that describes one, "
         "or a list of names",
     )
     rod: RodSizes = Field(description="material and sizes of the rod")
     method: Annotated[
         list[_Method],
-        BeforeValidator(in_list),
+        BeforeValidator(in_list, _Method | list[_Method]),
         Field(min_length=1),
     ] = Field(
         default=[Method.MODEL.value],

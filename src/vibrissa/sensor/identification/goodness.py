@@ -21,7 +21,14 @@ from vibrissa.sensor.tolerances import told
 # Least part of a parameter's variance that a recording must remove: less is rounding.
 LITTLE = 1e-9
 # Quantities that are not named as causes: they act like another quantity, or explain any misfit.
-NOT_NAMED = ("diameter", "crosstalk", "drift_force_x", "drift_force_y", "drift_moment_z")
+NOT_NAMED = (
+    "diameter",
+    "stiffening",
+    "crosstalk",
+    "drift_force_x",
+    "drift_force_y",
+    "drift_moment_z",
+)
 # Significance level: probability that a recording which fits is called one that does not fit.
 LEVEL = 1e-3
 # Degrees of freedom per reading, for noise that is estimated from second differences: neighbours
