@@ -4,8 +4,10 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from vibrissa import Mounting, solve_curve
 from vibrissa.outcomes import ReadingStatus
 from vibrissa.readings.rows import read_chunk
+from vibrissa.sensor.onset import largest_strain
 from vibrissa.study.reading import read_study
 
 pytestmark = pytest.mark.slow
@@ -92,6 +94,20 @@ def test_the_truth_is_that_of_the_place_where_the_tip_slips(tables):
     assert 0.2 < row["mu0_true"] < 0.3
     assert row["period_error"] < 3.0 * row["period_deviation"] < 0.03
     assert row["predicted"] is None
+
+
+def test_where_the_modulus_changes_the_stress_decides_what_yields(tables):
+    rod = (
+        ("theta: 1,", "theta: 4, stiffening: 1,"),
+        ("{eta: 0.1 mm, zero_force_x: 5 mN}", "exact"),
+    )
+    row = one(tables, *rod, ("to: 0.06", "to: 0.1"))
+    mounting = Mounting(stiffening=1.0)
+    curve = solve_curve(4.0, 0.85, mounting=mounting)
+    worst = largest_strain(curve, float(curve.onset(0.3)))
+    stress, strain = (0.008 * float(size[0]) for size in (worst.stress, worst.strain))
+    assert stress > 1.1 * strain
+    assert row["strain"] == pytest.approx(stress, rel=0.02)
 
 
 def test_what_gives_no_friction_is_a_status(tables):

@@ -113,6 +113,11 @@ def test_a_transducer_may_be_a_file(read):
         ("study: demo", "study: demo\ncontact: line", "the contact must be point, not line"),
         ("study: demo", "study: demo\nmethod: shooting", "readings need `method: collocation`"),
         ("mu0: 0.3", "mu0: 0.3, curvature: [[0.1, 0.2]]", "lists of coefficients; readings need"),
+        (
+            "mu0: 0.3",
+            "mu0: 0.3, stiffening: [[0.1, 0.2]]",
+            "stiffening: .runs. has lists of coefficients",
+        ),
         ("recordings: 7", "recordings: 1e6", "max_points: the study has 900,000,450 points"),
     ],
 )

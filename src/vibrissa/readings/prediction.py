@@ -8,7 +8,7 @@ import numpy as np
 from vibrissa.design import Requirements, design
 from vibrissa.errors import VibrissaError
 from vibrissa.quantities.units import Kind, Quantity
-from vibrissa.sensor.setup import MOUNTING
+from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.study.surfaces import HEIGHTS
 
 # Without a stated yield strain the rod may be strained as much as it likes.
@@ -30,7 +30,7 @@ def predicted_of(
     """
     mu0 = point.get("mu0", point.get("mean"))
     uneven = any(key.split("_")[0] in HEIGHTS for key in point)
-    if mu0 is None or uneven or any(point[name] for name in MOUNTING):
+    if mu0 is None or uneven or any(point[name] for name in MOUNTING_AXES):
         return np.nan
     stated = {key: value for key, value in rod.items() if value is not None}
     if not {"material", "yield_strain"} & stated.keys():

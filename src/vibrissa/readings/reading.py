@@ -24,8 +24,9 @@ from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.propagation import HALF_WIDTH
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.summary import used_in_mean
-from vibrissa.sensor.setup import MOUNTING, Setup
+from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.transducer import preset
+from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.study.readings import digest_of_point
 
 # Units in which the columns of a recording are handed to `identify`.
@@ -136,8 +137,8 @@ def setup_of(
     ArgumentError
         With a line for each value that is not allowed.
     """
-    mounting = {name: point[name] for name in MOUNTING}
-    angles = {name: f"{mounting[name]} rad" for name in MOUNTING if name.endswith("angle")}
+    mounting = {name: point[name] for name in MOUNTING_AXES}
+    angles = {name: f"{mounting[name]} rad" for name in MOUNTING_AXES if name.endswith("angle")}
     return Setup.read(
         theta=point["theta"],
         eta=point["eta"],
@@ -226,7 +227,7 @@ def read_once(
     if not len(scan):
         status = ReadingStatus(Status(scan.outcome.value))
         return [Reading(status=status, message=scan.message) for _ in methods]
-    strain = largest_strain_of(found) * bench.setup.whisker.units.unit(Kind.STRAIN)
+    strain = largest_stress_of(found) * bench.setup.whisker.units.unit(Kind.STRAIN)
     transducer = bench.prior.transducer
     same = Reading(
         status=ReadingStatus.REFUSED,
@@ -300,8 +301,8 @@ def _doubts(found: Identification) -> list[str]:
     return [one.sentence for one in found.periods.checks if one.periods.any()]
 
 
-def largest_strain_of(found: Recorded) -> float:
-    """Return the largest strain in the rod at the end of each period of a scan (d0/L)."""
+def largest_stress_of(found: Recorded) -> float:
+    """Return the largest stress in the rod at the ends of the periods of a scan (E(0)·d0/L)."""
     scan, whisker = found.scan, found.whisker
     if scan.stage is None:
         return np.nan
@@ -312,4 +313,4 @@ def largest_strain_of(found: Recorded) -> float:
     along = rows.contact - stage.along(rows.clamp) - (1.0 - state.s_c)
     theta = np.full(len(rows), whisker.theta)
     bending = measure(theta, state.f, state.alpha, along, across, state.s_c, whisker.mounting)
-    return float(bending.strain.max())
+    return float(bending.stress.max())

@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from vibrissa.outcomes import Contact, RodSection, SlipLaw, Solver
-from vibrissa.study.axes import AXES, FREQUENCIES, MOUNTING_AXES, Eta, Theta, Values
+from vibrissa.study.axes import AXES, FREQUENCIES, MOUNTING_AXES, POWERS, Eta, Theta, Values
 from vibrissa.study.chunks import (
     MOST_RODS,
     SIZES,
@@ -362,9 +362,10 @@ class Study(Section):
                 continue
             if self.method is not Solver.COLLOCATION:
                 mistakes.add("readings need `method: collocation`", "readings", name)
-            if any(isinstance(value, tuple) for value in scan.curvature):
-                text = f"{section.scan!r} has lists of coefficients; readings need numbers"
-                mistakes.add(text, "scans", section.scan, "curvature")
+            for axis in POWERS:
+                if any(isinstance(value, tuple) for value in getattr(scan, axis)):
+                    text = f"{section.scan!r} has lists of coefficients; readings need numbers"
+                    mistakes.add(text, "scans", section.scan, axis)
             for place, text in section.misfits(self._context["folder"]):
                 mistakes.add(text, "readings", name, *place)
 
