@@ -116,7 +116,7 @@ def test_a_transducer_may_be_a_file(read):
         (
             "mu0: 0.3",
             "mu0: 0.3, stiffening: [[0.1, 0.2]]",
-            "stiffening: .runs. has lists of coefficients",
+            "lists of coefficients; readings need",
         ),
         ("recordings: 7", "recordings: 1e6", "max_points: the study has 900,000,450 points"),
     ],
