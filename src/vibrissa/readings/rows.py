@@ -38,9 +38,15 @@ def read_chunk(
 
     The arguments are those of `vibrissa.study.readings.ReadingChunk`, and the study's own.
     """
-    stated = (point, rod, tolerances, assume, contact, section)
+    stated: dict[str, Any] = {
+        "rod": rod,
+        "tolerances": tolerances,
+        "assume": assume,
+        "contact": contact,
+        "section": section,
+    }
     bench = Bench(
-        setup=setup_of(*stated),
+        setup=setup_of(point, **stated),
         surface=surface_of(point),
         dx0=point["dx0"],
         to=to,
@@ -55,7 +61,7 @@ def read_chunk(
         **axis_columns(point),
         "transducer": point["transducer"],
         **{name: bench.setup.in_si(name) for name in ("modulus", "diameter", "length")},
-        "predicted": predicted_of(*stated),
+        "predicted": predicted_of(point, **stated),
     }
     chosen = [Method(method) for method in methods]
     for recording in range(first, last + 1):
