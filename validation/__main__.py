@@ -73,6 +73,10 @@ TASKS = {
     "explorer-agreement": Task(
         module("validation.explorer_agreement"), "compare the explorer with Python", "1 min"
     ),
+    # The pages
+    "accessibility": Task(
+        module("validation.accessibility"), "look at each page with axe-core", "2 min"
+    ),
     # Speed
     "bench": Task(module("benchmarks.table"), "compare the speed with others", "2 min"),
     "growth": Task(module("benchmarks.growth"), "studies of 10^4 to 10^6 points", "20 min"),
@@ -81,7 +85,7 @@ TASKS = {
     # Tests that `make test` leaves out
     "tests": Task(NIGHTLY, "tests of proofs, and slow tests", "10 min", TESTS),
     "slurm": Task(SLURM, "run a study on SLURM, as root on Debian", "4 min", (*TESTS, *CLUSTER)),
-    "faults": Task(FAULTS, "kill runs, fill disks, damage files", "10 min", TESTS),
+    "faults": Task(FAULTS, "kill runs, fill disks, damage files", "20 min", TESTS),
     # Contents of pages
     "notebooks": Task(python("examples/rerun.py"), "run the notebooks, store outputs", "2 min"),
     "pages": Task(

@@ -20,10 +20,10 @@ from vibrissa.tables import schemas, store
 ROOT = Path(__file__).parents[2]
 STUDY = """study: faults
 chunk: {theta: 1}
-grids: {g: {theta: {start: 1, stop: 3, step: 0.25}, mu0: [0.3, 5], eta: [0.85], dx0: [0.005]}}
+grids: {g: {theta: {start: 1, stop: 3, step: 0.5}, mu0: [0.3, 5], eta: [0.85], dx0: [0.005]}}
 surfaces: {rough: {mean: 0.3, deviation: 0.05, correlation: 0.05, seed: [1, 2]}}
 scans:
-  s: {theta: [1, 2, 3], surface: rough, eta: [0.85], dx0: [0.005], law: [free, energy],
+  s: {theta: [1, 3], surface: rough, eta: [0.85], dx0: [0.005], law: [free, energy],
       kinetic_ratio: 0.7, cycles: 2}
 """
 COMMAND = [sys.executable, "-m", "vibrissa.pipeline", "--configfile", "study.yaml", "--cores", "2"]
