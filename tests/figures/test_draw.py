@@ -10,7 +10,7 @@ import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
-from PIL import Image
+from PIL import Image, ImageSequence
 
 import made_tables
 from figure_rows import ROWS, THETA, both_contacts, combined, slipping, states
@@ -370,6 +370,15 @@ def test_margins_are_those_of_the_first_period():
     assert is_line(drawn(axes)[0], found["footpoint"], found["stability_aside"])
 
 
+def test_a_line_ends_where_contact_jumps_to_the_flank():
+    table = pd.DataFrame({"footpoint": [0.0, 0.1, 0.2, 0.3], "s_c": [1.0, 1.0, 0.6, 0.5]})
+    table = table.assign(theta=4.0, mu0=0.4, eta=0.85, cycle=1, phase="stick", step=range(4))
+    table = table.assign(frequency_1=[20.0, 19.0, 25.0, 26.0], frequency_2=np.nan)
+    line, *_ = drawn(KINDS["ringing"].plot(table).axes[0])
+    assert line.get_xdata() == pytest.approx([0.0, 0.1, 0.15, 0.2, 0.3])
+    assert np.array_equal(line.get_ydata(), [20.0, 19.0, np.nan, 25.0, 26.0], equal_nan=True)
+
+
 @pytest.mark.slow
 def test_a_rod_that_swings_aside_keeps_its_shape_while_its_plane_turns():
     chosen = {"scan": "runs", "theta": [2.0], "mu0": [0.9]}
@@ -590,11 +599,12 @@ def test_an_animation_moves_all_rods_of_a_scan(tmp_path, monkeypatch):
     monkeypatch.setattr(animation, "FRAMES", 4)
     animate(scans(), {"scan": "runs", "mu0": [0.3]}, tmp_path / "film.apng")
     with Image.open(tmp_path / "film.apng") as film:
-        assert film.format == "PNG" and film.n_frames == 4
-        frames = []
-        for number in range(4):
-            film.seek(number)
-            frames.append(np.asarray(film.convert("RGB"), dtype=int))
+        # The picture of viewers that know no animations, and four frames of which it is the last.
+        assert film.format == "PNG" and film.n_frames == 1 + 4
+        whole, *frames = [
+            np.asarray(frame.convert("RGB"), dtype=int) for frame in ImageSequence.Iterator(film)
+        ]
+    assert np.array_equal(whole, frames[-1])
     for before, after in itertools.pairwise(frames):
         # Something moves in each of the two panels.
         moved = np.flatnonzero(np.abs(after - before).sum(axis=(0, 2)))

@@ -40,14 +40,16 @@ def save(rows: pd.DataFrame, path: str | Path) -> None:
         # The colours of the last frame, which shows everything; dots would not compress well.
         palette = pictures[-1].quantize(PALETTE)
         plain = Image.Dither.NONE
-        first, *others = (each.quantize(palette=palette, dither=plain) for each in pictures)
-        durations = [DURATION] * len(others) + [PAUSE]
+        frames = [each.quantize(palette=palette, dither=plain) for each in pictures]
+        durations = [DURATION] * (len(frames) - 1) + [PAUSE]
         with write_atomically(Path(path)) as temporary:
-            first.save(
+            # A viewer that knows no animations shows the last frame.
+            frames[-1].save(
                 temporary,
                 format="PNG",
                 save_all=True,
-                append_images=others,
+                append_images=frames,
+                default_image=True,
                 duration=durations,
                 loop=0,
             )

@@ -16,7 +16,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.study.axes import FREQUENCIES
 from vibrissa.tables.frames import swung_aside
 
-FIRST_STEPS = ("footpoint", "cycle", "phase", "stability_aside")
+FIRST_STEPS = ("footpoint", "cycle", "phase", "stability_aside", "s_c")
 MARGINS = {"stability": "in the plane", "stability_aside": "out of the plane"}
 # Angles of the plane of bending at which the buckling rod is drawn (degrees).
 TURNS = pd.DataFrame({"turn": np.arange(0.0, 181.0, 30.0)})
@@ -70,7 +70,7 @@ def margins(rows: pd.DataFrame) -> Figure:
     panels = figure.subplots(1, 2, sharey=True)
     series = Series(rows, "theta")
     for panel, (margin, name) in zip(panels, MARGINS.items(), strict=True):
-        series.lines(panel, _first_period(rows), "footpoint", margin)
+        series.lines(panel, _parted(_first_period(rows), margin), "footpoint", margin)
         panel.axhline(0.0, color=SURFACE, linewidth=0.6)
         panel.set_xlabel("clamp displacement $x_0$ / $L$")
         panel.set_ylabel(f"smallest eigenvalue {name}")
@@ -87,7 +87,8 @@ def ringing(rows: pd.DataFrame) -> Figure:
     first = _first_period(rows)
     for name, (which, look) in zip(FREQUENCIES, style.FREQUENCY_LOOKS.items(), strict=True):
         if first[name].notna().any():
-            series.lines(panel, first, "footpoint", name, linestyle=look, label=None)
+            steps = _parted(first, name)
+            series.lines(panel, steps, "footpoint", name, linestyle=look, label=None)
             style.mean(panel, which, linestyle=look, color="black")
     panel.set_xlabel("clamp displacement $x_0$ / $L$")
     panel.set_ylabel(style.FREQUENCY)
@@ -144,6 +145,16 @@ def _views(row: pd.Series, clamps: pd.Series) -> tuple[Figure, tuple[Axes, Axes]
 def _first_period(rows: pd.DataFrame) -> pd.DataFrame:
     """Keep the first period of sticking of each scan."""
     return rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")].sort_values("footpoint")
+
+
+def _parted(steps: pd.DataFrame, name: str) -> pd.DataFrame:
+    """Add a row without a value where contact jumps between tip and flank, as the value jumps."""
+    steps = steps.sort_values(["theta", "footpoint"])
+    flank, before = steps["s_c"] < 1.0, steps.shift()
+    jumps = (flank != (before["s_c"] < 1.0)) & (steps["theta"] == before["theta"])
+    between = 0.5 * (steps["footpoint"] + before["footpoint"])
+    gaps = steps.assign(footpoint=between, **{name: np.nan})[jumps]
+    return pd.concat([steps, gaps])
 
 
 def _rod(panels: tuple[Axes, Axes], row: pd.Series, turn: float, **look: Any) -> None:

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from vibrissa.figures import style
 from vibrissa.figures.kinds import POINT, kind
-from vibrissa.figures.series import SYMBOLS, Series
+from vibrissa.figures.series import QUANTITIES, SYMBOLS, Series
 from vibrissa.study.axes import AXES
 from vibrissa.tables.frames import spell_unit
 from vibrissa.tables.schemas import NUMBER, STICTION, UNIT
@@ -74,7 +74,8 @@ def over_two(rows: pd.DataFrame, over: str, by: str, value: str = "x0_slip") -> 
     across, upward = style.cells(table.columns), style.cells(table.index)
     drawn = panel.pcolormesh(across, upward, table, cmap="viridis", rasterized=True)
     unit = spell_unit(STICTION.field(value).metadata[UNIT].decode())
-    figure.colorbar(drawn, ax=panel, label=value if unit == "1" else f"{value} / {unit}")
+    plain = value if unit == "1" else f"{value} / {unit}"
+    figure.colorbar(drawn, ax=panel, label=QUANTITIES.get(value, plain))
     panel.set_facecolor("#cccccc")
     panel.set(xlabel=LABELS[over], ylabel=LABELS[by])
     if table.isna().any(axis=None):

@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 
 from vibrissa.figures import labels, style
 from vibrissa.figures.kinds import POINT, kind
-from vibrissa.figures.series import Series
+from vibrissa.figures.series import QUANTITIES, Series
 from vibrissa.numerics.arrays import FloatArray
 
 # Label of each axis of the mounting, and the unit in which it is shown.
@@ -22,13 +22,6 @@ AXES = {
     "stiffening": (r"stiffening $c_1$", 1.0),
     "bore": (r"bore $b$ / $d_0$", 1.0),
     "stage_angle": (r"angle of the stage $\delta$ / degree", np.degrees(1.0)),
-}
-PANELS = {
-    "mu_lock": r"lock $\mu_\mathrm{lock}$",
-    "x0_slip": r"onset of slip $x_{0,\mathrm{slip}}$ / $L$",
-    "reaction_fx_slip": r"$f_x$ at the onset / $E I_0/L^2$",
-    "reaction_fy_slip": r"$f_y$ at the onset / $E I_0/L^2$",
-    "reaction_m_slip": r"$m(0)$ at the onset / $E I_0/L$",
 }
 LOADS = ("reaction_fx_slip", "reaction_fy_slip", "reaction_m_slip")
 SHORT = {
@@ -67,12 +60,12 @@ def _over(rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
     return rows.assign(over=rows[varied] * unit).replace(np.inf, np.nan), label
 
 
-@kind("mounting", columns=(*POINT, *AXES, *PANELS))
+@kind("mounting", columns=(*POINT, *AXES, *QUANTITIES))
 def mounting(rows: pd.DataFrame) -> Figure:
     """μ_lock, onset of slip and loads on the clamp over a mounting parameter, for each θ."""
     rows, label = _over(rows)
     # If all tips lock, there is no onset to draw; if none locks, there is no μ_lock.
-    shown = [column for column in PANELS if rows[column].notna().any()]
+    shown = [column for column in QUANTITIES if rows[column].notna().any()]
     if not shown:
         return style.message("no tip slips, and none locks")
     columns = min(len(shown), IN_A_ROW)
@@ -84,7 +77,7 @@ def mounting(rows: pd.DataFrame) -> Figure:
         series.lines(panel, rows, "over", column)
         if rows["over"].min() < 0.0 < rows["over"].max():
             panel.axvline(0.0, color=style.SURFACE, linewidth=0.6, linestyle=":")
-        panel.set_ylabel(PANELS[column])
+        panel.set_ylabel(QUANTITIES[column])
     for panel in panels[len(shown) :]:
         panel.set_axis_off()
     for panel in panels[: len(shown)][-columns:]:
@@ -96,7 +89,7 @@ def mounting(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-@kind("slopes", columns=(*POINT, *AXES, *PANELS, "grid"))
+@kind("slopes", columns=(*POINT, *AXES, *QUANTITIES, "grid"))
 def slopes(rows: pd.DataFrame) -> Figure:
     """Table of the slopes of μ_lock, onset and loads over each mounting axis, and lines that bend.
 
@@ -108,7 +101,7 @@ def slopes(rows: pd.DataFrame) -> Figure:
         for _, group in rows.groupby("grid")
         if group[axis].nunique() > 1
         for eta, points in group.groupby("eta")
-        for quantity in PANELS
+        for quantity in QUANTITIES
     ]
     known = [response for response in responses if response.slopes.notna().any()]
     if not known:

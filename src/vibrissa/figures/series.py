@@ -16,6 +16,14 @@ from vibrissa.figures.style import COLORS, DASHES, MARKERS, WITHOUT_ONSET, Look
 SYMBOLS = {"theta": r"\theta", "mu0": r"\mu_0", "eta": r"\eta", "x1": "x_1"} | {
     "turn": r"b\ /\ \mathrm{degree}"
 }
+# Label of quantities of the onset.
+QUANTITIES = {
+    "mu_lock": r"lock $\mu_\mathrm{lock}$",
+    "x0_slip": r"onset of slip $x_{0,\mathrm{slip}}$ / $L$",
+    "reaction_fx_slip": r"$f_x$ at the onset / $E I_0/L^2$",
+    "reaction_fy_slip": r"$f_y$ at the onset / $E I_0/L^2$",
+    "reaction_m_slip": r"$m(0)$ at the onset / $E I_0/L$",
+}
 # The dark part of the colour map: its yellow end cannot be seen on white.
 GRADED, DARK = "viridis", 0.8
 # A colourbar labels all of up to ALL_TICKS values; of more values, it labels SOME_TICKS.
