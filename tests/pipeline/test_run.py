@@ -85,6 +85,16 @@ def test_a_log_has_the_reason_and_damaged_tables_are_removed(tmp_path):
     sys.stdout, sys.stderr = streams
 
 
+@pytest.mark.parametrize("log", ["/dev/full", "no folder/job.log"])
+def test_the_reason_goes_to_the_screen_where_the_log_cannot_be_written(log, capfd):
+    streams = sys.stdout, sys.stderr
+    with pytest.raises(SystemExit), jobs.logged(log):
+        raise OSError(28, "No space left on device")
+    sys.stdout, sys.stderr = streams
+    said, errors = capfd.readouterr()
+    assert (said + errors).startswith("error: [Errno ") and "Traceback" not in said + errors
+
+
 def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     first, copy, results = Path("first.yaml"), Path("copy.yaml"), Path("results/a")
