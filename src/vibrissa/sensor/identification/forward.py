@@ -164,7 +164,7 @@ class ForwardModel:
     def at(self, clamp: FloatArray, contact: ArrayLike) -> Held:
         """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
         rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
-        stage = Stage(rod=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
+        stage = Stage(response=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
         return stage.states(clamp, contact, 1)
 
     def rolled(self, clamp: FloatArray, contact: ArrayLike) -> Held:
