@@ -27,7 +27,7 @@ from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.tip import ClampPath, Margin, Tip
 from vibrissa.sticking.api import PENETRATES
-from vibrissa.sticking.evaluation import mirrored
+from vibrissa.sticking.onsets import mirrored
 from vibrissa.sticking.piece import StickingState
 from vibrissa.wording import counted
 

@@ -9,6 +9,7 @@ import numpy as np
 from vibrissa.mechanics.taper import MOST_TAPER, modulus
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.heights import HIGHEST, LOWEST
+from vibrissa.scanning.rods import MountedRod
 from vibrissa.sensor.tolerances import TOLERABLE
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
@@ -106,7 +107,7 @@ class Range:
     step: float = STEP
 
 
-def ranges_of(given: Whisker | None) -> dict[str, Range]:
+def ranges_of(given: MountedRod | None) -> dict[str, Range]:
     """Return the ranges of parameters whose values are bounded, by the quantity that deviates.
 
     Without a rod, only parameters of the transducer are used, and no value is fitted.
