@@ -12,10 +12,10 @@ import made_tables
 from runs import ARCHIVED, ROOT, TINY, Folder
 from vibrissa import solve_state
 from vibrissa.archive.crate import write_archive
+from vibrissa.computing.states import states_table
 from vibrissa.sensor.identification import forward
 from vibrissa.sticking import api
 from vibrissa.study.reading import read_study
-from vibrissa.tables import records
 
 # What a shell starts in the background ignores Ctrl-C, and so would the programs that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -68,7 +68,7 @@ def study_tables(paper):
         "stiction": pa.concat_tables(grids),
         "scans": pa.concat_tables([one.steps for one in scans]),
         "periods": pa.concat_tables([one.periods for one in scans]),
-        "states": records.states_table(states, paper.name),
+        "states": states_table(states, paper.name),
     }
 
 

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 import pyarrow as pa
 
+from vibrissa.computing.points import points_table
+from vibrissa.computing.rods import rods_of, solve
+from vibrissa.computing.scans import ScanTables, computed_scans
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.study.chunks import number_of_points
-from vibrissa.tables.points import points_table
-from vibrissa.tables.rods import rods_of, solve
-from vibrissa.tables.scans import ScanTables, computed_scans
 
 SOLVER = {"method": Solver.COLLOCATION, "contact": Contact.POINT, "section": RodSection.ROUND}
 IDEAL = dict.fromkeys(MOUNTING_AXES, (0.0,))

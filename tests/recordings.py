@@ -1,5 +1,6 @@
 """Simulated recordings of a random surface, and what is found in them."""
 
+from responses import by_law
 from steel import NOISE, identified, measured, recording_of
 from vibrissa.scanning import surfaces
 from vibrissa.scanning.simulation import simulate
@@ -15,7 +16,7 @@ def found_in(recording, noise=NOISE, **rod):
 
 def recorded(response, seed=1, turns=("1.2",), law="free", step="0.0005"):
     surface = surfaces.random(seed, 0.3, 0.04, 0.02)
-    truth = simulate(response, surface, path(step, turns), law, 0.8)
+    truth = simulate(response, surface, path(step, turns), by_law(law))
     return truth, recording_of(truth.clamp, measured(truth.reactions, [seed, 1]))
 
 

@@ -2,6 +2,7 @@
 
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.outcomes import Contact, RodSection
+from vibrissa.scanning.slip import SlipModel
 from vibrissa.sensor import Whisker
 
 
@@ -10,6 +11,6 @@ def respond(theta, eta, contact="point", mounting=IDEAL, section="round"):
     return Whisker(theta=theta, eta=eta, mounting=mounting, **kinds).response
 
 
-def by_law(law, zeta=0.1):
-    """Options of a scan by a slip law; the law damped alone has a damping ratio."""
-    return {"law": law, "damping": zeta} if law == "damped" else {"law": law}
+def by_law(law, ratio=0.8, zeta=0.1):
+    """Model of a slip law; the law damped alone has a damping ratio."""
+    return SlipModel.of(law, ratio, zeta if law == "damped" else None)

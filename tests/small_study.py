@@ -7,9 +7,9 @@ import pyarrow as pa
 
 from made_tables import grid, points
 from vibrissa import Mounting, solve_curve, solve_state, stick_slip
+from vibrissa.computing.scans import scan_tables
+from vibrissa.computing.states import states_table
 from vibrissa.sticking.curve import failed_curve
-from vibrissa.tables import records
-from vibrissa.tables.scans import scan_tables
 
 MU0 = (0.2, 0.3, 0.45, 0.9)
 FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luck")
@@ -58,7 +58,7 @@ def periods():
 @cache
 def states():
     mounted = Mounting(clamp_angle=0.05, curvature=(0.1, -0.2))
-    return records.states_table(
+    return states_table(
         {
             "inside": solve_state(1, 0.55, 0.15),
             "lies": solve_state(3, 0.75, 0.3, contact="line"),

@@ -31,6 +31,7 @@ from vibrissa.outcomes import SlipLaw
 from vibrissa.scanning.cycles import steady_travel
 from vibrissa.scanning.response import responses
 from vibrissa.scanning.rods import MountedRod
+from vibrissa.scanning.slip import SlipModel
 from vibrissa.wording import markdown_table
 
 THETAS, FRICTIONS, ETA = (1.0, 2.0, 4.0), (0.2, 0.3, 0.4), 0.85
@@ -293,7 +294,8 @@ def travels_by_law(case):
     found = {}
     for law in SlipLaw:
         damping = case.zeta if law is SlipLaw.DAMPED else None
-        found[law.value] = steady_travel(response, case.mu0, law, case.kappa, damping) / onset
+        model = SlipModel.of(law, case.kappa, damping)
+        found[law.value] = steady_travel(response, case.mu0, model) / onset
     return found
 
 

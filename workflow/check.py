@@ -20,7 +20,7 @@ from pathlib import Path
 
 from vibrissa.checking import condensing, proofs
 from vibrissa.checking.reference import Comparison, bless, compare_folders
-from vibrissa.checking.tolerances import Layout, read_layouts
+from vibrissa.checking.tolerances import TableLayout, read_layouts
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.pipeline import outdated, places
@@ -29,7 +29,7 @@ from vibrissa.study.reading import read_study
 LAYOUT = "regression.yaml"
 
 
-def layouts_of(reference: Path) -> dict[str, Layout]:
+def layouts_of(reference: Path) -> dict[str, TableLayout]:
     """Read the layouts of the reference tables: from the reference's folder, or the common ones."""
     own = reference / LAYOUT
     return read_layouts(own if own.is_file() else Path(__file__).with_name(LAYOUT))

@@ -29,7 +29,15 @@ PROFILES = "workflow/profiles"
 
 UNKNOWN = "unknown"
 # The code that computes the tables, and the libraries that decide their numbers.
-_SOLVER = ("numerics", "mechanics", "sticking", "study/axes.py", "study/chunks.py", "tables")
+_SOLVER = (
+    "numerics",
+    "mechanics",
+    "sticking",
+    "computing",
+    "study/axes.py",
+    "study/chunks.py",
+    "tables",
+)
 _SOLVER_LIBRARIES = ("numpy", "scipy")
 # What also determines the tables of scans.
 _SCANNING, SCANNED = ("scanning", "study/surfaces.py"), frozenset(("scans", "periods"))

@@ -18,11 +18,11 @@ from vibrissa.checking.condensing import condensed_parts
 from vibrissa.checking.differences import moved
 from vibrissa.checking.reference import as_text, bless, compare_folders
 from vibrissa.checking.tolerances import Tolerance, read_layouts
+from vibrissa.computing.comparisons import comparison_table
 from vibrissa.errors import ComparisonError
 from vibrissa.sticking.comparison import compare
 from vibrissa.study.reading import read_study
 from vibrissa.tables import query, store
-from vibrissa.tables.records import comparison_table
 
 ROOT = Path(__file__).parents[2]
 LAYOUTS = read_layouts(ROOT / "workflow/regression.yaml")

@@ -30,7 +30,7 @@ from vibrissa.explorer.page import (
     style,
 )
 from vibrissa.scanning import surfaces
-from vibrissa.scanning.slip import Slip, SlipLaw
+from vibrissa.scanning.slip import Slip, SlipModel
 from vibrissa.scanning.stage import Stage
 
 needs_chromium = [
@@ -705,9 +705,9 @@ class TestFunctions:
         }})()""")
         response = respond(theta, eta)
         surface = surfaces.constant(mu0)
-        stage = Stage(rod=response, eta=eta)
-        slip = Slip(stage=stage, surface=surface, law=SlipLaw(law), ratio=ratio)
-        rest = slip.end(response.contact(0.0, start, 1))
+        stage = Stage(response=response, eta=eta)
+        slip = Slip(stage=stage, surface=surface, model=SlipModel.of(law, ratio))
+        rest = slip.rest(response.contact(0.0, start, 1))
         expected = np.nan if rest.lost else rest.x0
         assert float(found) == pytest.approx(expected, abs=2e-6, nan_ok=True)
 

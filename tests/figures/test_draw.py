@@ -15,6 +15,9 @@ from PIL import Image, ImageSequence
 import made_tables
 from figure_rows import ROWS, THETA, both_contacts, combined, slipping, states
 from vibrissa import solve_curve, solve_state, stick_slip
+from vibrissa.computing.comparisons import comparison_table
+from vibrissa.computing.scans import scan_tables
+from vibrissa.computing.states import states_table
 from vibrissa.errors import ArgumentError
 from vibrissa.figures import animation, labels, style
 from vibrissa.figures.draw import KINDS, animate, draw
@@ -22,8 +25,6 @@ from vibrissa.figures.regimes import REGIMES
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.study.chunks import spell_powers
-from vibrissa.tables import records
-from vibrissa.tables.scans import scan_tables
 
 MU0 = (0.2, 0.3, 0.4, 0.9)
 FAILED = failed_curve(theta=2.0, eta=0.05, method="collocation", message="no luck")
@@ -250,7 +251,7 @@ def test_a_scan_may_have_many_panels():
 
 def test_state_figure_shows_shape_contact_and_clamp_to_scale():
     found = {"inside": solve_state(1, 0.55, 0.15), "outside": solve_state(1, 0.55, 0.45)}
-    table = records.states_table(found, "a")
+    table = states_table(found, "a")
     figure = draw("state", table, {"state": [*found]})
     (axes,) = figure.axes
     assert axes.get_aspect() == 1 and {"$x_1 = 0.15$", "$x_1 = 0.45$"} <= set(legend_of(figure))
@@ -401,7 +402,7 @@ def test_a_rod_that_swings_aside_keeps_its_shape_while_its_plane_turns():
 
 
 def test_models_figure_marks_what_penetrates():
-    table = records.comparison_table("models", compare([1, 4, 8], [0.2], [0.85]), "a")
+    table = comparison_table("models", compare([1, 4, 8], [0.2], [0.85]), "a")
     figure = draw("models", table, {"comparison": "models"})
     line, marks = drawn(figure.axes[0])
     assert np.isfinite(line.get_ydata()).all() and marks.get_ydata()[2] > 30
@@ -514,7 +515,7 @@ def test_single_points_are_seen(kind):
 
 def test_a_single_state_has_its_angle_and_a_name_is_needed_only_for_several():
     found = {"inside": solve_state(1, 0.55, 0.15)}
-    figure = draw("state", records.states_table(found, "a"), {"state": [*found]})
+    figure = draw("state", states_table(found, "a"), {"state": [*found]})
     texts = [text.get_text() for text in figure.axes[0].texts]
     assert rf"$\varphi_1 = {found['inside'].phi1:.3f}$" in texts and not figure.legends
 
@@ -525,7 +526,7 @@ def test_states_are_named_by_what_differs_and_else_by_their_own_names():
         ({"a_b": tip, "c": line}, ["tip contact", "line contact"]),
         ({"a_b": line, "c": line}, ["A b", "C"]),
     ):
-        figure = draw("state", records.states_table(found, "a"), {"state": [*found]})
+        figure = draw("state", states_table(found, "a"), {"state": [*found]})
         assert legend_of(figure) == names
 
 

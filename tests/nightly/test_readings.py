@@ -16,6 +16,7 @@ from vibrissa.design.pairs import survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.outcomes import Method, ReadingStatus
 from vibrissa.readings.reading import Bench, generator_of, read_once
+from vibrissa.scanning.slip import FREE_SLIP
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sensor import Setup
 from vibrissa.tables import schemas, store
@@ -49,7 +50,7 @@ def part_found(pair, seen):
         dx0=dx0,
         to=[PERIODS * x0],
         cycles=None,
-        law={"law": "free"},
+        model=FREE_SLIP,
         tip_radius=0.0,
         errors={},
     )

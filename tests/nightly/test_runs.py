@@ -294,7 +294,7 @@ def test_points_that_fail_are_counted_and_with_strict_end_the_run(copied):
         "    curves = [c if c.theta < 2 else failed_curve("
         "theta=c.theta, eta=c.eta, method=c.method, message='no luck') for c in curves]\n"
         "    for rod, curve in zip(rods, curves, strict=True):\n        shown",
-        "src/vibrissa/tables/rods.py",
+        "src/vibrissa/computing/rods.py",
     )
     for arguments in ((), ("--keep-incomplete",)):
         status, _ = copied.call(SUMMARY, "--config", "strict=true", *arguments)

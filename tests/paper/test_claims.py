@@ -176,14 +176,14 @@ TIGHT = replace(PAPER, rtol=1e-5, atol=1e-7, simplex=1e-6)
 LOOSE = replace(PAPER, rtol=1e-2, atol=1e-4, simplex=1e-2, miss=0.1)
 
 
-def same_travel(response, mu0, law, ratio):
+def same_travel(response, mu0, model):
     """Travel that does not depend on the law."""
     return 0.1 * mu0
 
 
-def more_slips(response, mu0, law, ratio):
+def more_slips(response, mu0, model):
     """By the law kinetic, travel that falls with friction."""
-    return 0.1 - 0.1 * mu0 if law == "kinetic" else 0.1 * mu0
+    return 0.1 - 0.1 * mu0 if model.law == "kinetic" else 0.1 * mu0
 
 
 # Each statement with evidence that is not as it is, or with another value of a name in its module,

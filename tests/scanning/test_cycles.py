@@ -10,7 +10,7 @@ from responses import by_law
 from vibrissa import Mounting, Status, solve_curve, solve_onset, stick_slip
 from vibrissa.errors import NoResponseError
 from vibrissa.outcomes import End, SlipLaw
-from vibrissa.scanning.cycles import as_far, move, stages
+from vibrissa.scanning.cycles import as_far_as_possible, move, stage_maker
 from vibrissa.scanning.simulation import Outcome, Scan
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sticking.curve import failed_curve
@@ -111,10 +111,10 @@ def test_step_longer_than_the_period_slips_every_time(curve):
 def test_cycles_by_each_law_are_those_of_a_path(curve):
     ends = {}
     for law in SlipLaw:
-        options = {"kinetic_ratio": 0.7, **by_law(law)}
-        cycles = stick_slip(curve, 0.3, 0.002, 3, **options)
+        model = by_law(law, 0.7)
+        cycles = stick_slip(curve, 0.3, 0.002, 3, law, 0.7, model.damping)
         to = [float(cycles.clamp[-1])]
-        path = move(stages(curve), constant(0.3), 0.002, to=to, **options)
+        path = move(stage_maker(curve), constant(0.3), 0.002, to=to, model=model)
         assert cycles.contact.tolist() == path.contact.tolist()
         ends[law] = cycles.periods.contact_rest[0]
     assert ends["kinetic"] < ends["damped"] < ends["energy"]
@@ -204,7 +204,7 @@ def test_a_path_is_followed_as_far_as_the_rod_has_states(reach, turns):
             raise NoResponseError("shorten the path")
         return Scan.without_rows(Outcome.COMPLETE, "")
 
-    found = as_far(scan, "0.1", ["0.3", "0.1", "0.5", "0"])
+    found = as_far_as_possible(scan, "0.1", ["0.3", "0.1", "0.5", "0"])
     assert found.outcome is Outcome.OUT_OF_REACH and found.message == "shorten the path"
     fits = [turns for turns in asked if length_of(turns) <= D(reach)]
     assert max(fits, key=length_of) == list(map(D, turns)) and len(asked) <= 6
@@ -215,4 +215,4 @@ def test_a_rod_without_states_after_one_step_has_no_scan():
         raise NoResponseError("shorten the path")
 
     with pytest.raises(NoResponseError):
-        as_far(scan, 0.1, [0.4])
+        as_far_as_possible(scan, 0.1, [0.4])

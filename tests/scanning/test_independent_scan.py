@@ -58,8 +58,7 @@ def compared(seed, number):
         law, zeta = "damped", 0.4 * random.random() ** 2
     expected = independent_scan.scan(rod, edges, mu0, positions, law, ratio, zeta)
     patched = surfaces.patches([rod.x1_init - 1.0, *edges], mu0)
-    options = {"kinetic_ratio": ratio, **by_law(law, zeta)}
-    found = simulate(response, patched, positions, **options)
+    found = simulate(response, patched, positions, by_law(law, ratio, zeta))
     n = len(expected.contact)
     assert found.outcome == expected.outcome or expected.outcome == "lock", seed
     # A locked tip sticks on beyond the states that are known here.

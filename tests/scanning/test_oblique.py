@@ -30,9 +30,9 @@ def heights(section="round"):
 
 
 def simulated(angle, mu0, step, turns, law="free", ratio=0.8, section="round"):
-    stage = Stage(rod=heights(section), eta=ETA, angle=angle)
+    stage = Stage(response=heights(section), eta=ETA, angle=angle)
     surface = mu0 if isinstance(mu0, surfaces.Surface) else surfaces.constant(mu0)
-    scanned = simulate(stage, surface, path(step, turns), kinetic_ratio=ratio, **by_law(law))
+    scanned = simulate(stage, surface, path(step, turns), by_law(law, ratio))
     return stage, scanned
 
 
@@ -112,14 +112,13 @@ def test_a_slip_on_an_oblique_stage_consumes_its_energy_at_the_present_height():
 def test_an_oblique_stage_of_no_angle_is_a_level_one(law, turns):
     """On stripes, and where the rod swings aside; however far the next step goes."""
     response = respond(THETA, ETA)
-    stage = Stage(rod=heights(), eta=ETA, angle=0.0)
+    stage = Stage(response=heights(), eta=ETA, angle=0.0)
     edges = [0.0, 0.42, 0.45, 0.46, 0.462, 0.5]
     surface = surfaces.patches(edges, [0.3, 0.25, 0.4, 0.2, 0.35, 0.9])
     positions = path("0.005" if turns[2:] else "0.001", turns[:2])
     positions = np.append(positions, [float(far) for far in turns[2:]])
-    options = {"kinetic_ratio": 0.7, **by_law(law)}
-    level = simulate(response, surface, positions, **options)
-    found = simulate(stage, surface, positions, **options)
+    level = simulate(response, surface, positions, by_law(law, 0.7))
+    found = simulate(stage, surface, positions, by_law(law, 0.7))
     assert found.outcome is level.outcome is Outcome.COMPLETE
     assert (found.phase == level.phase).all() and (found.side == level.side).all()
     assert (found.period == level.period).all() and found.period[-1] > 5
@@ -192,7 +191,7 @@ def test_a_tip_sticks_past_the_lock_from_the_largest_demand_along_the_stage_on(a
 @pytest.mark.slow
 def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_point():
     near = respond_over(Whisker(theta=3.0, eta=0.85, contact=Contact.LINE), 0.849, 0.85)
-    stage = Stage(rod=near, eta=0.85, angle=1e-6)
+    stage = Stage(response=near, eta=0.85, angle=1e-6)
     positions = path("0.01", ["0.85"])
     found = simulate(stage, surfaces.constant(0.9), positions)
     level = simulate(respond(3.0, 0.85, "line"), surfaces.constant(0.9), positions)

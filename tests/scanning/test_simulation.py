@@ -17,7 +17,7 @@ from vibrissa.scanning import surfaces
 from vibrissa.scanning.cycles import steady_travel
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.simulation import Outcome, TipPhase, TipSide, simulate
-from vibrissa.scanning.slip import Slip, SlipLaw
+from vibrissa.scanning.slip import Slip, SlipLaw, SlipModel
 from vibrissa.scanning.stage import Stage, path
 from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.surface_texts import read_surface
@@ -36,7 +36,7 @@ def slips(result):
 
 def test_free_slips_on_one_friction_are_the_paper_s_cycles(response):
     paper = stick_slip(response.curve, Decimal("0.4"), Decimal("0.004"), cycles=3)
-    result = simulate(response, surfaces.constant(0.4), path("0.004", ["0.168"]), "free")
+    result = simulate(response, surfaces.constant(0.4), path("0.004", ["0.168"]))
     assert slips(result).tolist() == [phase == "slip" for phase in paper.phase]
     assert result.contact == pytest.approx(paper.contact, abs=1e-13)
     assert result.reactions[:, 0] == pytest.approx(paper.state.reaction_fx, abs=1e-8)
@@ -48,7 +48,7 @@ def test_free_slips_on_one_friction_are_the_paper_s_cycles(response):
 def test_friction_is_never_exceeded_and_would_be_without_the_slip(response, law):
     surface = surfaces.random(3, 0.3, 0.05, 0.02)
     positions = path("0.0005", ["0.5", "0.2", "0.4"])
-    result = simulate(response, surface, positions, kinetic_ratio=0.6, **by_law(law))
+    result = simulate(response, surface, positions, by_law(law, 0.6))
     assert result.outcome is Outcome.COMPLETE
     fx, fy, _ = result.reactions.T
     assert (np.abs(fx / fy) <= result.mu0 * (1 + 1e-9)).all()
@@ -65,8 +65,8 @@ def test_friction_is_never_exceeded_and_would_be_without_the_slip(response, law)
 
 
 def slip_of(response, mu0, law, ratio, damping=0.0):
-    stage, surface = Stage(rod=response, eta=response.curve.eta), surfaces.constant(mu0)
-    return Slip(stage=stage, surface=surface, law=law, ratio=ratio, damping=damping)
+    stage, surface = Stage(response=response, eta=response.curve.eta), surfaces.constant(mu0)
+    return Slip(stage=stage, surface=surface, model=by_law(law, ratio, damping))
 
 
 @pytest.mark.parametrize("mu0", [0.1, 0.4])
@@ -75,7 +75,7 @@ def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
     pulled = brentq(lambda x0: response(x0) @ [1.0, mu0, 0.0], response.x0_pull, 0.0, xtol=1e-14)
     for start, end in ((onset + 0.01, onset), (1.2 * pulled, pulled)):
         slip = slip_of(response, mu0, SlipLaw.KINETIC, 1.0)
-        rest = slip.end(response.contact(0.0, start, 1))
+        rest = slip.rest(response.contact(0.0, start, 1))
         assert rest.x0 == pytest.approx(end, abs=1e-9)
         assert rest.contact == pytest.approx(response.contact(0.0, end, 1), abs=1e-9)
 
@@ -84,7 +84,7 @@ def test_a_slip_that_goes_to_and_fro_too_often_is_refused_with_its_place(respons
     monkeypatch.setattr(Slip, "_settled", lambda self, contact, slide: False)
     slip = replace(slip_of(response, 0.1, SlipLaw.ENERGY, 0.5), clamp=0.25)
     with pytest.raises(ArgumentError, match=r"the clamp at 0\.25 L a slip has over 100 slides"):
-        slip.end(response.contact(0.25, 0.02, 1))
+        slip.rest(response.contact(0.25, 0.02, 1))
 
 
 # --- Damping ---
@@ -95,17 +95,17 @@ def test_a_slip_that_goes_to_and_fro_too_often_is_refused_with_its_place(respons
 def test_a_slip_without_damping_is_one_of_energy_and_with_much_of_it_kinetic(response, mu0, ratio):
     begin = response.contact(0.0, float(response.curve.onset(mu0)) + 1e-3, 1)
     for law, damping in ((SlipLaw.ENERGY, 0.0), (SlipLaw.KINETIC, 50.0)):
-        found = slip_of(response, mu0, SlipLaw.DAMPED, ratio, damping).end(begin)
-        assert found == slip_of(response, mu0, law, ratio).end(begin)
+        found = slip_of(response, mu0, SlipLaw.DAMPED, ratio, damping).rest(begin)
+        assert found == slip_of(response, mu0, law, ratio).rest(begin)
 
 
 @pytest.mark.parametrize("mu0", [0.1, 0.3, 0.45])
 def test_more_damping_shortens_a_slip_and_takes_its_part_of_the_energy(response, mu0):
     begin = response.contact(0.0, float(response.curve.onset(mu0)), 1)
-    kinetic = slip_of(response, mu0, SlipLaw.KINETIC, 0.8).end(begin)
+    kinetic = slip_of(response, mu0, SlipLaw.KINETIC, 0.8).rest(begin)
     fastest = kinetic.released - kinetic.dissipated
     zetas = [0.0, 1e-6, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0]
-    rests = [slip_of(response, mu0, SlipLaw.DAMPED, 0.8, zeta).end(begin) for zeta in zetas]
+    rests = [slip_of(response, mu0, SlipLaw.DAMPED, 0.8, zeta).rest(begin) for zeta in zetas]
     contacts = [rest.contact for rest in rests] + [kinetic.contact]
     assert (np.diff(contacts) < 0.0).all()
     for zeta, rest in zip(zetas, rests, strict=True):
@@ -120,7 +120,7 @@ def test_a_tip_that_is_driven_again_on_its_way_loses_a_part_of_its_largest_energ
     friction = [0.4, 0.7, 0.1, 0.6]
     surface = surfaces.patches(edges, friction)
     slip = replace(slip_of(response, 0.4, SlipLaw.DAMPED, 0.5, 0.05), surface=surface)
-    found = slip.end(begin)
+    found = slip.rest(begin)
     assert found.contact > begin + 0.02
     # The energy by the trapezoidal rule, patch by patch.
     energy, largest = 0.0, 0.0
@@ -136,9 +136,9 @@ def test_a_tip_that_is_driven_again_on_its_way_loses_a_part_of_its_largest_energ
 
 def test_a_slip_that_lifts_the_tip_off_has_no_travel_and_damping_keeps_it_down():
     uniform = respond(1.0, 0.85)
-    assert np.isnan(steady_travel(uniform, 0.4, "energy", 0.2))
+    assert np.isnan(steady_travel(uniform, 0.4, by_law("energy", 0.2)))
     # 0.8814 x0,slip by a chain of links with mass (validation/records/slip-dynamics.md).
-    travel = steady_travel(uniform, 0.4, "damped", 0.5, damping=0.02)
+    travel = steady_travel(uniform, 0.4, by_law("damped", 0.5, 0.02))
     assert travel / uniform.curve.onset(0.4) == pytest.approx(0.8814, abs=0.02)
 
 
@@ -154,11 +154,10 @@ def test_a_slip_that_lifts_the_tip_off_has_no_travel_and_damping_keeps_it_down()
     ],
 )
 def test_a_law_gets_the_damping_that_it_needs(response, law, damping, message):
-    positions = path("0.001", ["0.01"])
     with pytest.raises(ArgumentError, match=message):
-        simulate(response, surfaces.constant(0.3), positions, law, damping=damping)
+        stick_slip(response.curve, 0.3, 0.001, 1, law, damping=damping)
     with pytest.raises(ArgumentError, match=message):
-        steady_travel(response, 0.3, law, damping=damping)
+        SlipModel.of(law, damping=damping)
 
 
 def released(response, start, rest):
@@ -223,7 +222,7 @@ def test_turned_back_in_time_a_locked_tip_is_free_again(response):
 def test_slip_from_high_to_no_friction_lifts_the_tip_off(response):
     # Let go near the lock, onto ice: more energy than the branch can take up to where fy = 0.
     surface = surfaces.patches([0.0, 0.4174], [0.47, 0.01])
-    result = simulate(response, surface, path("0.001", ["0.3"]), "energy", 0.5)
+    result = simulate(response, surface, path("0.001", ["0.3"]), by_law("energy", 0.5))
     assert result.outcome is Outcome.LOST and "lifts off" in result.message
     start = result.x0[-1] + 0.001
     spare = released(response, start, response.x0_pull)
@@ -238,7 +237,7 @@ def test_no_stripe_is_too_narrow_to_stop_a_slip(response, width, law):
     rough = 2.0 if law == "kinetic" else 1e-3 / width
     surface = surfaces.patches([0.0, 0.4213, 0.4213 + width], [0.3, rough, 0.3])
     positions = path("0.0002", ["0.04"])
-    result = simulate(response, surface, positions, law, 0.6)
+    result = simulate(response, surface, positions, by_law(law, 0.6))
     assert 0.4213 <= result.contact[-1] < 0.4213 + width
     assert result.mu0[-1] == rough and result.outcome is Outcome.COMPLETE
 
@@ -246,10 +245,11 @@ def test_no_stripe_is_too_narrow_to_stop_a_slip(response, width, law):
 def test_surface_is_asked_no_further_than_the_tip_comes(response):
     ends = surfaces.profile([0.0, 0.45], [0.3, 0.3])
     both = ends, surfaces.constant(0.3)
-    runs = [simulate(response, one, path("0.001", ["0.04"]), "energy", 0.8) for one in both]
+    energy = by_law("energy")
+    runs = [simulate(response, one, path("0.001", ["0.04"]), energy) for one in both]
     assert runs[0].contact == pytest.approx(runs[1].contact, abs=1e-14)
     with pytest.raises(ValueError, match=r"from x = 0 L to 0\.45 L, .* touches it at x = 0\.4887"):
-        simulate(response, ends, path("0.001", ["0.2"]), "energy", 0.8)
+        simulate(response, ends, path("0.001", ["0.2"]), energy)
 
 
 @pytest.mark.parametrize("k", [1, 2, 8, 29, 64, 120])
@@ -296,7 +296,7 @@ def test_pulling_needs_a_response_with_it():
         simulate(response, surfaces.constant(0.3), path("0.001", ["0.2", "0.1"]))
     for law in ("energy", "damped"):
         with pytest.raises(ValueError, match=f"'{law}'"):
-            simulate(response, surfaces.constant(0.3), path("0.001", ["0.2"]), **by_law(law))
+            simulate(response, surfaces.constant(0.3), path("0.001", ["0.2"]), by_law(law))
 
 
 def test_a_transducer_of_any_resolution_gives_what_it_reads():
@@ -394,9 +394,9 @@ def test_on_any_surface_it_is_the_mirror_image_of_a_tip_that_is_pulled_back(resp
     )
     forth = path("0.0007", ["1.0"])
     over = forth > swing
-    back, options = np.where(over, 2.0 * swing - forth, forth), {"kinetic_ratio": 0.7}
-    result = simulate(response, patched, forth, **options, **by_law(law))
-    expected = simulate(response, turned, back, **options, **by_law(law))
+    back = np.where(over, 2.0 * swing - forth, forth)
+    result = simulate(response, patched, forth, by_law(law, 0.7))
+    expected = simulate(response, turned, back, by_law(law, 0.7))
     assert result.outcome is expected.outcome is Outcome.COMPLETE
     assert (result.side == np.where(over, TipSide.BEHIND, TipSide.AHEAD)).all()
     assert (result.period == expected.period).all() and result.period[-1] > 10

@@ -31,8 +31,7 @@ def rod():
 def scanned(texture, positions, mu0=0.3, law="free", ratio=0.8, whisker=WHISKER):
     stage = stage_of(whisker, positions, texture=texture)
     friction = mu0 if isinstance(mu0, surfaces.Surface) else surfaces.constant(mu0)
-    surface, options = friction.with_texture(texture), by_law(law)
-    return simulate(stage, surface, positions, kinetic_ratio=ratio, **options)
+    return simulate(stage, friction.with_texture(texture), positions, by_law(law, ratio))
 
 
 def resolved(fx, fy, inclination):
@@ -51,7 +50,7 @@ def test_slips_on_a_wave_are_those_of_brute_force():
     for amplitude, wavelength, mu0 in WAVES:
         wave = texture_scan.Wave(ETA, amplitude, 2.0 * np.pi / wavelength)
         for law in SlipLaw:
-            zeta = by_law(law).get("damping", 0.0)
+            zeta = by_law(law).damping or 0.0
             contact, period = texture_scan.scan(rod(), wave, mu0, positions, law, 0.8, zeta)
             found = scanned(textures.wave(amplitude, wavelength), positions, mu0, law)
             assert found.outcome is Outcome.COMPLETE and found.message == ""
@@ -80,7 +79,7 @@ def test_a_plane_of_constant_slope_is_an_oblique_stage_with_a_leaning_clamp(slop
     mounting = Mounting(clamp_angle=-gamma, stage_angle=-gamma)
     leaning = Whisker(theta=THETA, eta=ETA * np.cos(gamma), mounting=mounting)
     stage = stage_of(leaning, positions)
-    expected = simulate(stage, surfaces.constant(0.3), positions, law)
+    expected = simulate(stage, surfaces.constant(0.3), positions, by_law(law))
     assert found.outcome is expected.outcome is Outcome.COMPLETE
     assert found.period.tolist() == expected.period.tolist() and found.period[-1] > 2
     along = found.contact / np.cos(gamma) + ETA * np.sin(gamma)
@@ -222,7 +221,7 @@ def test_no_feature_is_too_narrow_to_be_seen():
 def test_scans_of_similar_textures_share_the_solved_rods():
     positions = path("0.0005", ["0.01"])
     stages = [stage_of(WHISKER, positions, texture=textures.wave(a, 0.02)) for a in (1e-4, 1.9e-4)]
-    first, second = (stage.rod.parts for stage in stages)
+    first, second = (stage.response.parts for stage in stages)
     assert all(one is other for one, other in zip(first, second, strict=True))
     high = stage_of(WHISKER, positions, texture=textures.wave(1e-3, 0.02))
     assert high.reach(0.0, 1e-3) > 0.0 and high.reach(0.0, -1e-3) > 0.0

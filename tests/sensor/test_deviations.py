@@ -9,6 +9,7 @@ from validation.sensor import bench
 from validation.sensor.bench_rod import Rod
 from validation.sensor.mistakes import MISTAKES
 from vibrissa.scanning.cycles import move
+from vibrissa.scanning.slip import SlipModel
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sensor import Setup
 from vibrissa.sensor.deviations import Deviations, Prior, drawn, recorded, sloped, transduced
@@ -30,8 +31,8 @@ def prior():
 
 
 def moves(stage, surface, scale):
-    law = {"law": "kinetic", "kinetic_ratio": 0.8}
-    return move(stage, surface, STEP * scale, to=[WAY * scale], **law)
+    model = SlipModel.of("kinetic", 0.8)
+    return move(stage, surface, STEP * scale, to=[WAY * scale], model=model)
 
 
 def readings_with(prior, deviations):

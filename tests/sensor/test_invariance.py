@@ -36,7 +36,7 @@ def moved(surface, by):
 
 
 def recorded(law=SlipLaw.FREE):
-    truth = simulate(RESPONSE, surfaces.random(3, 0.3, 0.04, 0.02), STAGE, **by_law(law))
+    truth = simulate(RESPONSE, surfaces.random(3, 0.3, 0.04, 0.02), STAGE, by_law(law))
     noise = np.random.default_rng(3).standard_normal(truth.reactions.shape) * NOISE
     return truth, recording_of(truth.clamp, truth.reactions + noise)
 
@@ -64,8 +64,8 @@ def same(one, other, shift=0.0):
 @given(by=st.floats(-3.0, 3.0), law=st.sampled_from(SlipLaw), start=st.floats(-0.3, 0.3))
 def test_a_scan_moves_with_its_surface(by, law, start):
     surface = surfaces.patches([0.0, 0.5 + start, 0.6 + start], [0.25, 0.35, 0.3])
-    one = simulate(RESPONSE, surface, STAGE, **by_law(law))
-    other = simulate(RESPONSE, moved(surface, by), STAGE + by, **by_law(law))
+    one = simulate(RESPONSE, surface, STAGE, by_law(law))
+    other = simulate(RESPONSE, moved(surface, by), STAGE + by, by_law(law))
     assert other.reactions == pytest.approx(one.reactions, abs=1e-7)
     assert other.contact - one.contact == pytest.approx(by, abs=1e-9)
     assert other.x0 == pytest.approx(one.x0, abs=1e-9)

@@ -9,7 +9,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.bending import measure
 from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import Setup
-from vibrissa.sensor.identification.forward import moved
+from vibrissa.sensor.identification.derivatives import moved
 from vibrissa.sensor.tolerances import TOLERABLE
 from vibrissa.sensor.whisker import Whisker
 

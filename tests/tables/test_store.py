@@ -11,10 +11,11 @@ import pytest
 import made_tables
 import small_study
 from vibrissa import __version__, read_table
+from vibrissa.computing.comparisons import comparison_table
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.provenance import commit
 from vibrissa.sticking.comparison import compare
-from vibrissa.tables import records, schemas, store
+from vibrissa.tables import schemas, store
 from vibrissa.tables.counts import counts_by_status, need_results, sentence
 from vibrissa.tables.schemas import STICTION
 
@@ -28,7 +29,7 @@ UNITS |= {"m", "Pa"}
 
 @pytest.fixture(scope="module")
 def tables():
-    compared = records.comparison_table("c", compare([1.0, 3.0], [0.2, 0.9], [0.85]), "small")
+    compared = comparison_table("c", compare([1.0, 3.0], [0.2, 0.9], [0.85]), "small")
     return small_study.tables() | {"comparisons": compared}
 
 

@@ -80,7 +80,7 @@ rule scan_chunk:
     message:
         "moving the clamp through {wildcards.scan_chunk}"
     script:
-        "../scripts/scans.py"
+        "../scripts/scan_chunk.py"
 
 
 rule scans:
@@ -158,7 +158,7 @@ rule reading_chunk:
     message:
         "reading friction in {wildcards.reading_chunk}"
     script:
-        "../scripts/readings.py"
+        "../scripts/reading_chunk.py"
 
 
 rule friction:

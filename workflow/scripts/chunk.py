@@ -1,8 +1,8 @@
 """Solve the rods of one chunk and read its grid points off their equilibrium paths."""
 
+from vibrissa.computing.points import solved_points, solved_rows
 from vibrissa.pipeline import jobs
 from vibrissa.tables import schemas, store
-from vibrissa.tables.points import solved_points, solved_rows
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vibrissa.checking.tolerances import Layout, Tolerance
+from vibrissa.checking.tolerances import TableLayout, Tolerance
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.wording import counted
 
@@ -38,7 +38,7 @@ class Difference:
 
 
 def compare(
-    pairs: Iterable[tuple[pd.DataFrame, pd.DataFrame]], layout: Layout, name: str
+    pairs: Iterable[tuple[pd.DataFrame, pd.DataFrame]], layout: TableLayout, name: str
 ) -> Iterator[Difference]:
     """Find columns with changed values, and rows that are missing, extra or doubled.
 
@@ -86,7 +86,7 @@ def compare(
             yield columns[column].difference(name, column, total)
 
 
-def _other_columns(reference: pd.DataFrame, layout: Layout, name: str) -> Difference | None:
+def _other_columns(reference: pd.DataFrame, layout: TableLayout, name: str) -> Difference | None:
     """Return the difference of the columns, if there is one."""
     columns = [*layout.keys, *layout.columns]
     absent = [column for column in columns if column not in reference]

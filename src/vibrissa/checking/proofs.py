@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from vibrissa.checking.differences import Difference, spell_row
-from vibrissa.checking.tolerances import Layout
+from vibrissa.checking.tolerances import TableLayout
 from vibrissa.errors import ComparisonError
 
 FILE = "enclosures.csv"
@@ -50,7 +50,11 @@ def _no_proofs(path: Path, error: Exception) -> ComparisonError:
 
 
 def proved(
-    table: str, proofs: pd.DataFrame | None, frame: pd.DataFrame, layout: Layout, reference: Path
+    table: str,
+    proofs: pd.DataFrame | None,
+    frame: pd.DataFrame,
+    layout: TableLayout,
+    reference: Path,
 ) -> pd.DataFrame:
     """Compare rows of a condensed table with the proved intervals, as `read` returns them.
 
@@ -74,7 +78,7 @@ def proved(
 
 
 def _proved_in(
-    table: str, proofs: pd.DataFrame, frame: pd.DataFrame, layout: Layout
+    table: str, proofs: pd.DataFrame, frame: pd.DataFrame, layout: TableLayout
 ) -> pd.DataFrame:
     """Match the proofs of a table with its rows; a point in two grids matches two rows."""
     keys = KEYS[table]

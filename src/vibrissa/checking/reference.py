@@ -19,7 +19,7 @@ from pandas.errors import ParserWarning
 from vibrissa.checking import proofs
 from vibrissa.checking.condensing import condensed_parts
 from vibrissa.checking.differences import Difference, compare
-from vibrissa.checking.tolerances import Layout
+from vibrissa.checking.tolerances import TableLayout
 from vibrissa.errors import ComparisonError
 from vibrissa.files import write_atomically
 from vibrissa.tables import query, schemas
@@ -92,7 +92,9 @@ class Comparison:
         return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
-def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> Comparison:
+def compare_folders(
+    results: Path, reference: Path, layouts: Mapping[str, TableLayout]
+) -> Comparison:
     """Compare the results of a study with reference tables or with other results.
 
     Parameters
@@ -146,7 +148,9 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
     )
 
 
-def _stored(reference: Path, layouts: Mapping[str, Layout]) -> dict[str, Iterator[pd.DataFrame]]:
+def _stored(
+    reference: Path, layouts: Mapping[str, TableLayout]
+) -> dict[str, Iterator[pd.DataFrame]]:
     """Open the tables of a reference, or of other results: parts with texts, by table."""
     if (reference / "tables").is_dir():
         return {
@@ -172,7 +176,7 @@ class _Spread:
     Equal keys are in the part of the same number.
     """
 
-    def __init__(self, folder: Path, layout: Layout, number: int) -> None:
+    def __init__(self, folder: Path, layout: TableLayout, number: int) -> None:
         self.rows = 0
         self._keys, self._names = layout.keys, [*layout.keys, *layout.columns]
         self._files = [folder / f"{n}.csv" for n in range(number)]
@@ -195,7 +199,7 @@ class _Spread:
         return pd.read_csv(self._files[number], dtype=str, keep_default_na=False)
 
 
-def as_text(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
+def as_text(frame: pd.DataFrame, layout: TableLayout) -> pd.DataFrame:
     """Format the columns of a layout as texts, rows sorted by its keys; missing values are empty.
 
     Raises
@@ -252,7 +256,7 @@ def read_parts(path: Path) -> Iterator[pd.DataFrame]:
         ) from None
 
 
-def bless(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> None:
+def bless(results: Path, reference: Path, layouts: Mapping[str, TableLayout]) -> None:
     """Write the results as reference tables; remove tables that the study no longer has.
 
     Rows are sorted by their keys, in a large table every 10,000 rows or so.

@@ -22,7 +22,7 @@ class Tolerance(BaseModel):
 _IN_NUMBERS = BeforeValidator(lambda written: {} if written == "exact" else written)
 
 
-class Layout(BaseModel):
+class TableLayout(BaseModel):
     """Layout of a reference table: keys, which identify a row, and tolerances of its columns."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -37,7 +37,7 @@ Table: TypeAlias = Literal[
 ]
 
 
-def read_layouts(path: Path) -> dict[Table, Layout]:
+def read_layouts(path: Path) -> dict[Table, TableLayout]:
     """Read a YAML file that maps the name of each reference table to its layout.
 
     Raises
@@ -47,7 +47,7 @@ def read_layouts(path: Path) -> dict[Table, Layout]:
     """
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return TypeAdapter(dict[Table, Layout]).validate_python(content)
+        return TypeAdapter(dict[Table, TableLayout]).validate_python(content)
     except (UnicodeDecodeError, yaml.YAMLError, InvalidLayout) as error:
         raise ComparisonError(
             f"{path} cannot be used. Each table needs the entry 'keys', a list of columns, and the "

@@ -24,7 +24,14 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.scanning.response import Response
-from vibrissa.sensor.identification.parameters import OF_ROD, Parameter, parameters_of
+from vibrissa.scanning.rods import MountedRod
+from vibrissa.sensor.identification.derivatives import derivatives, moved
+from vibrissa.sensor.identification.parameters import (
+    OF_ROD,
+    Parameter,
+    parameters_of,
+    ranges_of,
+)
 from vibrissa.sensor.onset import STATES_OF_PERIOD, strains_in
 from vibrissa.sensor.ringing import Ringing, ringing
 from vibrissa.sticking.curve import StickingCurve
@@ -41,8 +48,8 @@ STARTS = PERIODS * (np.polynomial.legendre.leggauss(6)[0] + 1.0) / 2.0
 PART_WEIGHTS = np.polynomial.legendre.leggauss(6)[1] / 2.0
 NODES = np.append((np.polynomial.legendre.leggauss(8)[0] + 1.0) / 2.0, 1.0)
 NODE_WEIGHTS = np.append(np.polynomial.legendre.leggauss(8)[1] / 2.0, 0.0)
-# Properties whose derivatives need another rod solved, and the steps of the finite differences.
-STEPS = dict.fromkeys((*OF_ROD, "eta"), 1e-4) | {"eta": -1e-4, "curvature": -1e-4}
+# Properties whose derivatives need another rod solved.
+SOLVED = (*OF_ROD, "eta")
 
 
 def fitted_parameters(sizes: Mapping[str, float], full_scale: FloatArray) -> tuple[Parameter, ...]:
@@ -179,9 +186,10 @@ def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sen
     """Compute the sensitivity of readings and friction in k periods that end at x0 = `end` (L)."""
     x0 = end[:, None] * NODES
     y, slope, eta = response(x0), response.slope(x0), response.curve.eta
-    moved = dict(zip(STEPS, _moved(response.curve, contact), strict=True))
-    of_rod = {name: (_loads(curve, x0) - y) / STEPS[name] for name, curve in moved.items()}
-    x1_slope = (moved["eta"].x1_init - response.x1_init) / STEPS["eta"]
+    steps, curves = _neighbours(response.curve, contact)
+    of_rod = derivatives(y, {name: _loads(curve, x0) for name, curve in curves.items()}, steps)
+    x1_init = {name: np.array(curve.x1_init) for name, curve in curves.items()}
+    x1_slope = derivatives(response.x1_init, x1_init, steps)["eta"]
     # Axes: friction, period, node, channel.
     part = (STARTS[:, None, None] + NODES[:, None]) / PERIODS
     way = PERIODS * part * end[:, None, None, None]
@@ -205,17 +213,20 @@ def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sen
     return Sensitivity(contact=slope, setup=setup, friction=friction)
 
 
-def _moved(curve: StickingCurve, contact: Contact) -> list[StickingCurve]:
-    """Solve, for each property in `STEPS`, the rod with this property changed by its step."""
-    theta, eta = (
-        np.array([getattr(curve, own) + step * (name == own) for name, step in STEPS.items()])
-        for own in ("theta", "eta")
-    )
-    mountings = [
-        curve.mounting if name in ("theta", "eta") else curve.mounting.shifted(**{name: step})
-        for name, step in STEPS.items()
-    ]
-    return solve_curves(theta, eta, contact, mountings)
+def _neighbours(
+    curve: StickingCurve, contact: Contact
+) -> tuple[dict[str, float], dict[str, StickingCurve]]:
+    """Solve, for each property in `SOLVED`, the rod with this property changed by a step.
+
+    Returns the steps and the curves by the names of the properties.
+    """
+    given = MountedRod.of(curve)
+    ranges = ranges_of(given)
+    steps = {name: ranges[name].step for name in SOLVED}
+    rods = [moved(given, {name: step}) for name, step in steps.items()]
+    theta, eta = np.array([(rod.theta, rod.eta) for rod in rods]).T
+    curves = solve_curves(theta, eta, contact, [rod.mounting for rod in rods])
+    return steps, dict(zip(SOLVED, curves, strict=True))
 
 
 def _loads(curve: StickingCurve, x0: FloatArray) -> FloatArray:

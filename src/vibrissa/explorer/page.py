@@ -28,7 +28,7 @@ RANGES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Recording:
+class RecordedMotion:
     """A recording to draw beside the computed loads.
 
     It has the clamp's position `clamp` (L), fx and fy (E·I0/L²), and m (E·I0/L).
@@ -60,7 +60,7 @@ class Preset:
     settings: Mapping[str, float | str]
     clamp: float = 0.0
     play: bool = False
-    recording: Recording | None = None
+    recording: RecordedMotion | None = None
 
 
 _KNOWN = yaml.safe_load((FOLDER / "presets.yaml").read_text(encoding="utf-8"))

@@ -11,7 +11,7 @@ from pandas.api.types import is_numeric_dtype
 from vibrissa.figures import style
 from vibrissa.figures.kinds import kind
 from vibrissa.figures.maps import LABELS
-from vibrissa.figures.periods import Line, lines_of
+from vibrissa.figures.periods import DrawnSeries, lines_of
 from vibrissa.figures.series import Series
 from vibrissa.tables import accuracy
 from vibrissa.tables.accuracy import STATED
@@ -23,15 +23,15 @@ NAMED = 7
 NO_ESTIMATE = "no recording has an estimate"
 
 
-def _of(series: Series, found: pd.DataFrame) -> Iterator[Line]:
+def _of(series: Series, found: pd.DataFrame) -> Iterator[DrawnSeries]:
     """Split rows by the values of a series; of many values, a colourbar has the names."""
     for value in series.values:
         look: style.Look = {"color": series.color(value), "linestyle": series.dash(value)}
         rows = found[found[series.column] == value]
-        yield Line(name=series.label(value) or "", rows=rows, look=look)
+        yield DrawnSeries(name=series.label(value) or "", rows=rows, look=look)
 
 
-class _Lines(list[Line]):
+class _Lines(list[DrawnSeries]):
     """Lines of a figure: one for each value of an axis, or of a name."""
 
     def __init__(self, found: pd.DataFrame, by: str) -> None:

@@ -12,7 +12,7 @@ Plot = Callable[..., Figure]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kind:
+class Drawing:
     """A kind of figure: columns of the table that it reads, and the function that draws rows.
 
     If `is_scaled_by_all`, the function also takes all rows of the figure's scan or grid, so that
@@ -27,7 +27,7 @@ class Kind:
 
 
 # Kinds of figures by their name in the study file.
-KINDS: dict[str, Kind] = {}
+KINDS: dict[str, Drawing] = {}
 
 
 def kind(
@@ -37,10 +37,12 @@ def kind(
     is_scaled_by_all: bool = False,
     keys: tuple[str, ...] = (),
 ) -> Callable[[Plot], Plot]:
-    """Register a function as a kind of figure; see `Kind`."""
+    """Register a function as a kind of figure; see `Drawing`."""
 
     def register(plot: Plot) -> Plot:
-        KINDS[name] = Kind(columns=columns, plot=plot, is_scaled_by_all=is_scaled_by_all, keys=keys)
+        KINDS[name] = Drawing(
+            columns=columns, plot=plot, is_scaled_by_all=is_scaled_by_all, keys=keys
+        )
         return plot
 
     return register

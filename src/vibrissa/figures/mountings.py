@@ -122,7 +122,7 @@ def slopes(rows: pd.DataFrame) -> Figure:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Response:
+class MountingEffect:
     """A quantity over a mounting axis, for each θ at one η.
 
     Attributes
@@ -148,7 +148,7 @@ class Response:
         return float(self.bends.max()) if self.bends.notna().any() else 0.0
 
 
-def _response(points: pd.DataFrame, axis: str, eta: float, quantity: str) -> Response:
+def _response(points: pd.DataFrame, axis: str, eta: float, quantity: str) -> MountingEffect:
     """Compute the change of a quantity, and its slope at the ideal mounting."""
     table = points.replace(np.inf, np.nan).pivot(index=axis, columns="theta", values=quantity)
     scale = table.loc[0.0].abs()
@@ -160,7 +160,7 @@ def _response(points: pd.DataFrame, axis: str, eta: float, quantity: str) -> Res
     over = change.index.to_numpy() / step
     slopes = change.apply(lambda values: _slope(over, values.to_numpy(dtype=float)))
     bends = (change - np.outer(over, slopes)).abs().max()
-    return Response(
+    return MountingEffect(
         axis=axis, eta=eta, quantity=quantity, change=change, slopes=slopes, bends=bends
     )
 
@@ -174,7 +174,7 @@ def _slope(over: FloatArray, values: FloatArray) -> float:
     return float(np.gradient(values[known], over[known], edge_order=2)[known == at][0])
 
 
-def _table(figure: Figure | SubFigure, responses: list[Response]) -> None:
+def _table(figure: Figure | SubFigure, responses: list[MountingEffect]) -> None:
     """Write the slopes as a table: a row for each axis and η, a column for each quantity and θ."""
     panel = figure.subplots()
     panel.set_axis_off()
@@ -210,7 +210,7 @@ def _table(figure: Figure | SubFigure, responses: list[Response]) -> None:
     panel.text(1.0, -0.02, note, transform=panel.transAxes, fontsize=6.5, ha="right", va="top")
 
 
-def _bent_lines(figure: SubFigure, bent: list[Response], lines: int) -> None:
+def _bent_lines(figure: SubFigure, bent: list[MountingEffect], lines: int) -> None:
     """Draw the responses that bend most, with their tangents at the ideal mounting."""
     grid = figure.subplots(lines, IN_A_ROW, squeeze=False)
     rows = pd.DataFrame({"theta": sorted({theta for one in bent for theta in one.slopes.index})})

@@ -32,7 +32,7 @@ PANELS = {
 TEETH = 6
 
 
-class Line(NamedTuple):
+class DrawnSeries(NamedTuple):
     """Rows of a series, with its name and its look."""
 
     name: str
@@ -40,7 +40,7 @@ class Line(NamedTuple):
     look: style.Look
 
 
-def lines_of(rows: pd.DataFrame, by: str) -> Iterator[Line]:
+def lines_of(rows: pd.DataFrame, by: str) -> Iterator[DrawnSeries]:
     """Split rows by an axis; the law ``free`` comes first."""
     values = sorted(rows[by].dropna().unique(), key=lambda value: (value != "free", value))
     for place, value in enumerate(values):
@@ -49,7 +49,7 @@ def lines_of(rows: pd.DataFrame, by: str) -> Iterator[Line]:
             "color": style.COLORS[place % len(style.COLORS)],
             "linestyle": DASHES[place % len(DASHES)],
         }
-        yield Line(name=name, rows=rows[rows[by] == value], look=look)
+        yield DrawnSeries(name=name, rows=rows[rows[by] == value], look=look)
 
 
 @kind(
@@ -75,7 +75,7 @@ def periods(rows: pd.DataFrame, over: str, by: str) -> Figure:
     return figure
 
 
-def _summary(panel: Axes, line: Line, over: str, column: str) -> None:
+def _summary(panel: Axes, line: DrawnSeries, over: str, column: str) -> None:
     """Draw means over an axis and the band of all values; a level line without this axis."""
     if line.rows[over].isna().all():
         panel.axhline(line.rows[column].mean(), label=line.name, **line.look)

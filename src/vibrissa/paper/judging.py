@@ -84,7 +84,7 @@ def rises(values: FloatArray | pd.DataFrame, *axes: int) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Line:
+class LineFit:
     """A straight line fitted to points: its slope, R², and the largest deviation of a point."""
 
     slope: float
@@ -92,11 +92,11 @@ class Line:
     deviation: float
 
 
-def line_fit(x: FloatArray, y: FloatArray) -> Line:
+def line_fit(x: FloatArray, y: FloatArray) -> LineFit:
     """Fit a straight line by least squares."""
     line = np.polynomial.Polynomial.fit(x, y, 1)
     off = y - line(x)
-    return Line(
+    return LineFit(
         slope=float(line.deriv()(0.0)),
         r_squared=1.0 - float(off @ off) / float(((y - y.mean()) ** 2).sum()),
         deviation=float(np.abs(off).max()),

@@ -15,6 +15,7 @@ from vibrissa.paper.ledger import Finding, Quantities, judges
 from vibrissa.scanning.cycles import steady_travel
 from vibrissa.scanning.response import responses
 from vibrissa.scanning.rods import MountedRod
+from vibrissa.scanning.slip import SlipModel
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.solving import shooting
 
@@ -76,9 +77,10 @@ def frequency_by_laws(evidence: Evidence) -> Finding:
     frequencies: list[float] = []
     falls: dict[str, bool] = {}
     for law, ratio in ((SlipLaw.FREE, 1.0), *product(SLOWED, KINETIC_RATIOS)):
-        travel = np.array([steady_travel(response, one, law, ratio) for one in mu0])
+        model = SlipModel.of(law, ratio)
+        travel = np.array([steady_travel(response, one, model) for one in mu0])
         name = f"{law}, μk/μ0 = {ratio:g}" if law in SLOWED else str(law)
-        frequencies.append(1.0 / steady_travel(response, PLAIN_FRICTION, law, ratio))
+        frequencies.append(1.0 / steady_travel(response, PLAIN_FRICTION, model))
         quantities[f"events per L at μ0 = {PLAIN_FRICTION:g}, law {name}"] = (
             frequencies[-1],
             "1/L",

@@ -17,6 +17,7 @@ from vibrissa.quantities.units import Kind, Quantity
 from vibrissa.scanning.cycles import MakesStage, move
 from vibrissa.scanning.rods import height_at
 from vibrissa.scanning.simulation import Scan
+from vibrissa.scanning.slip import SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.deviations import Deviations, Prior, Recorded, recorded
 from vibrissa.sensor.identification.identify import identify
@@ -52,8 +53,8 @@ class Bench:
         Step of the clamp (L).
     to, cycles : optional
         Path of the clamp (L), or number of slips; one of them is None.
-    law : mapping
-        Slip law with its ratio and damping.
+    model : SlipModel
+        Slip law.
     tip_radius : float
         Radius of a ball at the tip, which traces the heights of the surface (L).
     errors : mapping or None
@@ -65,7 +66,7 @@ class Bench:
     dx0: float
     to: Sequence[float] | None
     cycles: int | None
-    law: Mapping[str, Any]
+    model: SlipModel
     tip_radius: float
     errors: Mapping[str, Quantity] | None
 
@@ -104,8 +105,8 @@ class Bench:
                 self.dx0 * scale,
                 to=None if self.to is None else [turn * scale for turn in self.to],
                 cycles=self.cycles,
+                model=self.model,
                 tip_radius=self.tip_radius,
-                **self.law,
             )
         except EndedScanError as error:
             scan: Scan = error.scan

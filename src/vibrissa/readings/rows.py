@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from vibrissa.computing.columns import axis_columns, spelled
+from vibrissa.computing.surfaces import slip_model_of, surface_of
 from vibrissa.outcomes import Contact, Method, RodSection
 from vibrissa.quantities.units import Kind, Quantity
 from vibrissa.readings.prediction import predicted_of
 from vibrissa.readings.reading import Bench, Reading, generator_of, read_once, setup_of
-from vibrissa.study.axes import LAW_AXES
-from vibrissa.tables.records import table_of
-from vibrissa.tables.scans import axis_columns, spelled, surface_of
+from vibrissa.tables.rows import table_of
 from vibrissa.tables.schemas import FRICTION
 
 
@@ -51,7 +51,7 @@ def read_chunk(
         dx0=point["dx0"],
         to=to,
         cycles=cycles,
-        law={key: point[key] for key in LAW_AXES if key in point},
+        model=slip_model_of(point),
         tip_radius=point.get("tip_radius", 0.0),
         errors=errors,
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from vibrissa.explorer.page import IDEAL, MOUNTED, PAPER, Preset, Recording, fits
+from vibrissa.explorer.page import IDEAL, MOUNTED, PAPER, Preset, RecordedMotion, fits
 from vibrissa.outcomes import NO_RESULT, Contact, RodSection, SlipLaw
 from vibrissa.report.spelling import symbol
 from vibrissa.report.tables import POINT
@@ -87,7 +87,7 @@ def _preset(
         name=f"{_figure_of(first, figures)}: {axes}{locks}",
         note="Green: stored study values.",
         settings={**{name: float(first[name]) for name in POINT}, **shared},
-        recording=Recording(name=figure_name(str(first["scan"])), **values),
+        recording=RecordedMotion(name=figure_name(str(first["scan"])), **values),
         play=True,
     )
 

@@ -107,7 +107,7 @@ SHOWN = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Column:
+class ShownColumn:
     """A column for readers: its name, unit and description, and the text of each cell."""
 
     name: str
@@ -117,12 +117,12 @@ class Column:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Section:
+class ShownTable:
     """A table for readers, with a title and a note."""
 
     title: str
     note: str
-    columns: Sequence[Column]
+    columns: Sequence[ShownColumn]
 
     @property
     def rows(self) -> Iterable[tuple[str, ...]]:
@@ -130,9 +130,9 @@ class Section:
         return zip(*(column.cells for column in self.columns), strict=True)
 
 
-def sections(found: Mapping[str, Readable]) -> list[Section]:
+def sections(found: Mapping[str, Readable]) -> list[ShownTable]:
     """Make a section of the page for each table of a study, with selected rows."""
-    shown: list[Section] = []
+    shown: list[ShownTable] = []
     for name, table in found.items():
         if name not in SHOWN or not query.count(table):
             continue
@@ -234,23 +234,23 @@ def _range(values: pd.Series) -> str:
 
 def _section(
     table: Readable, rows: pd.DataFrame, names: Sequence[str], title: str, note: str
-) -> Section:
+) -> ShownTable:
     """Make a section; columns with one value in all rows are moved to its note."""
     columns = [_column(table, name, rows[name].astype(object)) for name in names]
     same = [column for column in columns if len(column.cells) > 1 and len({*column.cells}) == 1]
     if equal := [f"{one.name} = {one.cells[0]}" for one in same if one.cells[0] != "–"]:
         note += f" In all of these rows: {', '.join(equal)}."
     varying = [column for column in columns if column not in same]
-    return Section(title=title, note=note.strip(), columns=varying)
+    return ShownTable(title=title, note=note.strip(), columns=varying)
 
 
-def _column(table: Readable, name: str, values: Iterable[Any]) -> Column:
+def _column(table: Readable, name: str, values: Iterable[Any]) -> ShownColumn:
     """Make a column; its unit and its description come from the table's schema."""
     about = table.schema.field(name).metadata
     found = list(values)
     cells = [spell(value, 2) for value in found] if name == "residual" else spell_column(found)
     named = figure_name if name in ("grid", "scan", "readings", "state", "comparison") else str
-    return Column(
+    return ShownColumn(
         name=symbol(name),
         unit=spell_unit(about[b"unit"].decode()),
         description=about[b"description"].decode(),

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from vibrissa.scanning import surfaces as surfaces
     from vibrissa.scanning import textures as textures
     from vibrissa.scanning.cycles import move as move
-    from vibrissa.scanning.cycles import stages as stages
+    from vibrissa.scanning.cycles import stage_maker as stage_maker
     from vibrissa.scanning.cycles import stick_slip as stick_slip
     from vibrissa.scanning.periods import Periods as Periods
     from vibrissa.scanning.rods import MountedRod as MountedRod
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from vibrissa.scanning.simulation import Scan as Scan
     from vibrissa.scanning.simulation import simulate as simulate
     from vibrissa.scanning.slip import SlipLaw as SlipLaw
+    from vibrissa.scanning.slip import SlipModel as SlipModel
     from vibrissa.scanning.stage import path as path
     from vibrissa.scanning.stage import stage_of as stage_of
     from vibrissa.scanning.surfaces import Surface as Surface
@@ -27,11 +28,11 @@ if TYPE_CHECKING:
 __getattr__, __all__ = attached(
     __name__,
     {
-        "cycles": "move stages stick_slip",
+        "cycles": "move stage_maker stick_slip",
         "periods": "Periods",
         "rods": "MountedRod",
         "simulation": "Outcome Scan simulate",
-        "slip": "SlipLaw",
+        "slip": "SlipLaw SlipModel",
         "stage": "path stage_of",
         # Last, as the reference documents the members of a module where it is listed.
         "surfaces": "Surface surfaces",

@@ -4,7 +4,7 @@ Studies, commands and notebooks all scan by the function `move`.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import pairwise
 from math import ceil
@@ -13,13 +13,13 @@ from typing import Protocol
 import numpy as np
 
 from vibrissa.decimals import exact
-from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.errors import ArgumentError, EndedScanError, NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import step_position
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.scanning.simulation import Outcome, Scan, simulate
-from vibrissa.scanning.slip import Slip, SlipLaw, check_law
+from vibrissa.scanning.slip import FREE_SLIP, Slip, SlipLaw, SlipModel
 from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
 from vibrissa.scanning.textures import Texture
@@ -89,19 +89,16 @@ def stick_slip(
     check_surface(mu0, dx0)
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
-    surface, step = constant(float(mu0)), exact(dx0)
     return move(
-        stages(curve),
-        surface,
-        step,
+        stage_maker(curve),
+        constant(float(mu0)),
+        exact(dx0),
         cycles=cycles,
-        law=law,
-        kinetic_ratio=kinetic_ratio,
-        damping=damping,
+        model=SlipModel.of(law, kinetic_ratio, damping),
     )
 
 
-def stages(curve: StickingCurve) -> MakesStage:
+def stage_maker(curve: StickingCurve) -> MakesStage:
     """Return a function that makes the stage of a rod.
 
     Parameters
@@ -110,7 +107,7 @@ def stages(curve: StickingCurve) -> MakesStage:
         A curve with states; on an oblique stage, that of the rod's first height.
     """
     rod = MountedRod.of(curve)
-    level = Stage(rod=Response(curve=curve), eta=curve.eta)
+    level = Stage(response=Response(curve=curve), eta=curve.eta)
 
     def stage(positions: FloatArray, texture: Texture | None) -> Stage:
         if texture is None and not rod.mounting.stage_angle:
@@ -127,17 +124,16 @@ def move(
     *,
     to: Sequence[Decimal | float | str] | None = None,
     cycles: int | None = None,
-    law: SlipLaw | str = SlipLaw.FREE,
-    kinetic_ratio: float = 0.8,
-    damping: float | None = None,
+    model: SlipModel = FREE_SLIP,
     tip_radius: float = 0.0,
+    as_far: bool = False,
 ) -> Scan:
     """Move the clamp in equal steps, through turning points or until the tip has slipped.
 
     Parameters
     ----------
     stage : callable
-        Makes the stage for given clamp positions (L) and heights, as `stages` returns it.
+        Makes the stage for given clamp positions (L) and heights, as `stage_maker` returns it.
     surface : Surface
     step : Decimal or float or str
         Step of the clamp (L).
@@ -145,107 +141,66 @@ def move(
         Turning points of the clamp (L), as in `vibrissa.scanning.path`.
     cycles : int, optional
         Number of slips after which the scan ends; either `to` or `cycles` is needed.
-    law, kinetic_ratio, damping : optional
-        As in `vibrissa.scanning.simulate`.
+    model : SlipModel
+        Where a slip ends.
     tip_radius : float
         Radius of a ball at the tip, which traces the heights of the surface (L).
+    as_far : bool
+        Whether to return the scan up to where the rod comes to a height without states, or the tip
+        to an unknown part of the surface; else that is an error.
 
     Raises
     ------
     ArgumentError
         If an argument is out of range, or the tip leaves the known part of the surface.
     NoResponseError
-        If the turning points take the rod to heights at which its states are not known.
+        If the turning points take the rod to heights at which its states are not known; with
+        `as_far`, if the first step does.
     """
     if (to is None) == (cycles is None):
         raise ArgumentError("a scan needs either 'to' or 'cycles'")
-    if cycles is not None:
-        return until_slips(
-            stage, surface, exact(step), cycles, law, kinetic_ratio, damping, tip_radius
-        )
-    positions = path(step, to or ())
-    traced = surface.traced(tip_radius, positions)
-    on = stage(positions, traced.texture)
-    return simulate(on, traced, positions, law, kinetic_ratio, damping=damping)
+    motion = Motion(stage=stage, surface=surface, model=model, tip_radius=tip_radius)
+    try:
+        if cycles is not None:
+            return until_slips(motion, exact(step), cycles)
+        if as_far:
+            return as_far_as_possible(lambda turns: motion.scan(path(step, turns)), step, to or ())
+        return motion.scan(path(step, to or ()))
+    except EndedScanError as error:
+        if not as_far:
+            raise
+        found: Scan = error.scan
+        return found
 
 
-def steady_travel(
-    response: Response,
-    mu0: float,
-    law: SlipLaw | str,
-    kinetic_ratio: float = 0.8,
-    damping: float | None = None,
-) -> float:
-    """Travel of the clamp in a period of sticking on a plane, in the limit of small steps (L).
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Motion:
+    """All inputs of a scan but the positions of its clamp; see `move`."""
 
-    It is the travel in each period after the first: from where a slip ends that begins at the exact
-    onset, to the next onset. Its inverse is the number of slips in a length. NaN if the tip is lost
-    in its slip, so that there is no next onset.
+    stage: MakesStage
+    surface: Surface
+    model: SlipModel
+    tip_radius: float
 
-    Raises
-    ------
-    ArgumentError
-        If the tip is self-locking, so that it does not slip, or the law lacks what it needs.
-
-    Examples
-    --------
-    >>> from vibrissa.scanning.response import responses
-    >>> (response,) = responses([MountedRod(theta=2.0, eta=0.85)])
-    >>> for law in ("free", "kinetic", "energy"):
-    ...     print(law, f"{steady_travel(response, 0.3, law, 0.7):.6f}")
-    free 0.026336
-    kinetic 0.012092
-    energy 0.023405
-    >>> print(f"{steady_travel(response, 0.3, 'damped', 0.7, damping=0.1):.6f}")
-    0.020431
-    """
-    law = check_law(law, kinetic_ratio, damping)
-    onset = float(response.curve.onset(mu0))
-    if np.isnan(onset):
-        raise ArgumentError(f"the tip does not slip at mu0 = {mu0!r}: it is self-locking")
-    stage = Stage(rod=response, eta=response.curve.eta)
-    slip = Slip(
-        stage=stage,
-        surface=constant(mu0),
-        law=law,
-        ratio=kinetic_ratio,
-        damping=damping or 0.0,
-    )
-    rest = slip.end(response.contact(0.0, onset, 1))
-    return onset - rest.x0 if rest.lost is None else np.nan
+    def scan(self, positions: FloatArray, slips: int | None = None) -> Scan:
+        """Simulate a scan through positions of the clamp (L), or its first slips."""
+        traced = self.surface.traced(self.tip_radius, positions)
+        stage = self.stage(positions, traced.texture)
+        return simulate(stage, traced, positions, self.model, slips)
 
 
-def until_slips(
-    stage: MakesStage,
-    surface: Surface,
-    dx0: Decimal,
-    slips: int,
-    law: SlipLaw | str,
-    kinetic_ratio: float,
-    damping: float | None = None,
-    tip_radius: float = 0.0,
-) -> Scan:
+def until_slips(motion: Motion, dx0: Decimal, slips: int) -> Scan:
     """Move the clamp forward in steps of Δx0 (L) until the tip has slipped a number of times.
 
     The path is made longer until it suffices. It ends where the stage takes the rod to
     heights at which its states are not known.
-
-    Parameters
-    ----------
-    stage : callable
-        Makes the stage for given clamp positions (L) and heights, as `stages` returns it.
-    tip_radius : float
-        Radius of a ball at the tip (L).
     """
     enough, refused = 0, 0
     found, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
     while refused != enough + 1:
         steps = (enough + refused) // 2 if refused else _more_steps(found, enough, slips)
-        positions = step_position(np.arange(steps + 1), dx0)
-        traced = surface.traced(tip_radius, positions)
         try:
-            on = stage(positions, traced.texture)
-            found = simulate(on, traced, positions, law, kinetic_ratio, slips, damping=damping)
+            found = motion.scan(step_position(np.arange(steps + 1), dx0), slips)
         except NoResponseError as error:
             refused, reason = steps, str(error)
             continue
@@ -266,7 +221,7 @@ def _more_steps(found: Scan, steps: int, slips: int) -> int:
     return max(least, ceil(SPARE * steps * slips / found.slips))
 
 
-def as_far(
+def as_far_as_possible(
     scan: Callable[[Sequence[Decimal]], Scan],
     step: Decimal | float | str,
     to: Sequence[Decimal | float | str],
@@ -315,3 +270,37 @@ def _first_turns(turns: Sequence[Decimal], way: Decimal) -> list[Decimal]:
         found.append(turn)
         at, way = turn, way - length
     return found
+
+
+def steady_travel(response: Response, mu0: float, model: SlipModel) -> float:
+    """Travel of the clamp in a period of sticking on a plane, in the limit of small steps (L).
+
+    It is the travel in each period after the first: from where a slip ends that begins at the exact
+    onset, to the next onset. Its inverse is the number of slips in a length. NaN if the tip is lost
+    in its slip, so that there is no next onset.
+
+    Raises
+    ------
+    ArgumentError
+        If the tip is self-locking, so that it does not slip.
+
+    Examples
+    --------
+    >>> from vibrissa.scanning.response import responses
+    >>> (response,) = responses([MountedRod(theta=2.0, eta=0.85)])
+    >>> for law in ("free", "kinetic", "energy"):
+    ...     print(law, f"{steady_travel(response, 0.3, SlipModel.of(law, 0.7)):.6f}")
+    free 0.026336
+    kinetic 0.012092
+    energy 0.023405
+    >>> print(f"{steady_travel(response, 0.3, SlipModel.of('damped', 0.7, damping=0.1)):.6f}")
+    0.020431
+    """
+    onset = float(response.curve.onset(mu0))
+    if np.isnan(onset):
+        raise ArgumentError(f"the tip does not slip at mu0 = {mu0!r}: it is self-locking")
+    stage = Stage(response=response, eta=response.curve.eta)
+    rest = Slip(stage=stage, surface=constant(mu0), model=model).rest(
+        response.contact(0.0, onset, 1)
+    )
+    return onset - rest.x0 if rest.lost is None else np.nan

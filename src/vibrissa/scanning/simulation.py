@@ -22,12 +22,12 @@ from vibrissa.outcomes import Status
 from vibrissa.scanning.periods import EndsBy, Period, Periods, periods_of
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import height_at
-from vibrissa.scanning.slip import Flight, Lost, Rest, Slip, SlipLaw, check_law
+from vibrissa.scanning.slip import FREE_SLIP, Flight, Lost, Rest, Slip, SlipModel
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.tip import ClampPath, Margin, Tip
 from vibrissa.sticking.api import PENETRATES
-from vibrissa.sticking.evaluation import mirrored
+from vibrissa.sticking.onsets import mirrored
 from vibrissa.sticking.piece import StickingState
 from vibrissa.wording import counted
 
@@ -228,7 +228,7 @@ class Scan(Batch):
         """
         if self.stage is None:
             return False
-        through = self.stage.rod.x0_through
+        through = self.stage.response.x0_through
         return bool(through == 0.0 or (self._sign * self.x0 > through).any())
 
     @property
@@ -352,32 +352,25 @@ def _replaced(values: FloatArray, rows: IntArray, others: FloatArray) -> FloatAr
 
 
 def simulate(
-    rod: Response | Stage,
+    stage: Response | Stage,
     surface: Surface,
     positions: FloatArray,
-    law: SlipLaw | str = SlipLaw.FREE,
-    kinetic_ratio: float = 0.8,
+    model: SlipModel = FREE_SLIP,
     slips: int | None = None,
-    *,
-    damping: float | None = None,
 ) -> Scan:
     """Simulate a scan: find the state of the rod at each step of the clamp over a surface.
 
     Parameters
     ----------
-    rod : Response or Stage
+    stage : Response or Stage
         The rod on its stage; a `Response` is on a level stage.
     surface : Surface
     positions : ndarray
         Clamp positions along the stage (L), as from `path`; the scan begins in the α = 0 state.
-    law : SlipLaw or str
+    model : SlipModel
         Where a slip ends.
-    kinetic_ratio : float
-        μk/μ0, for all laws but ``free``.
     slips : int, optional
         Number of slips after which the scan ends.
-    damping : float, optional
-        Damping ratio ζ of the rod, from 0, which the law ``damped`` needs.
 
     Returns
     -------
@@ -387,21 +380,22 @@ def simulate(
     Raises
     ------
     ArgumentError
-        If an argument is out of range, if the tip leaves the known part of the surface, or if the
-        path or the law may need states with x0 < 0 (the clamp pulled back) that were not solved.
+        If the tip leaves the known part of the surface, or if the path or the law may need states
+        with x0 < 0 (the clamp pulled back) that were not solved.
     EndedScanError
         If this happens after the scan has begun; the error has the scan up to there.
     """
-    positions, law = np.asarray(positions, dtype=float), check_law(law, kinetic_ratio, damping)
-    stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
-    if surface.texture is not None and isinstance(stage.rod, Response):
+    positions = np.asarray(positions, dtype=float)
+    if isinstance(stage, Response):
+        stage = Stage(response=stage, eta=stage.curve.eta)
+    if surface.texture is not None and isinstance(stage.response, Response):
         raise ArgumentError(
             "on a surface with heights the rod must be solved over a range of heights: make its "
             "stage by stage_of(rod, positions, texture=...)"
         )
     at, spell = float(positions[0]), surface.spell
     start = stage.at(at)
-    retracts = law.overshoots or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
+    retracts = model.law.overshoots or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
     if (retracts or surface.texture is not None) and start.x0_pull == 0.0:
         raise ArgumentError(
             "states in which the clamp is pulled back (x0 < 0) could not be solved. The laws "
@@ -410,28 +404,21 @@ def simulate(
         )
     path, outcome, message = ClampPath.through(positions), Outcome.COMPLETE, ""
     ended: ArgumentError | None = None
-    slip = Slip(
-        stage=stage,
-        surface=surface,
-        law=law,
-        ratio=kinetic_ratio,
-        damping=damping or 0.0,
-        clamp=at,
-    )
+    slip = Slip(stage=stage, surface=surface, model=model, clamp=at)
     contact = start.contact(float(stage.along(at)), 0.0, 1)
     # At first no tangential force acts, as after a slip that ends where no friction is needed.
-    rest = replace(slip, law=SlipLaw.FREE).end(contact)
+    rest = replace(slip, model=FREE_SLIP).rest(contact)
     if rest.lost is not None:
         return Scan.without_rows(*_lost(rest, surface, contact, at))
     tip = Tip(stage=stage, footing=surface.footing(rest.contact, 1), rest=rest.x0)
     tips, ends, swing, flights = [tip], list[Period](), "", list(rest.flights)
     while True:
-        step, until = tip.end(path, at)
+        step, until = tip.sticks_until(path, at)
         if step == len(path):
             ends.append(Period(tip, step, until, EndsBy.PATH))
             break
         margin, locked = tip.exit(until)
-        if margin is Margin.END and stage.rod.swings:
+        if margin is Margin.END and stage.response.swings:
             swing = swing or _message(SWINGS, tip, until, float(positions[step]), spell)
             # After lateral buckling the tip is at its mirror image about the clamp: on a surface
             # with heights, where the tip alone touches, at the same place.
@@ -445,8 +432,12 @@ def simulate(
             message = LEAVES.format(x=spell(tip.contact), clamp=spell(until))
             ends.append(Period(tip, step, until, EndsBy.UNKNOWN))
             break
-        elif margin is Margin.END and isinstance(stage.rod, Response) and not stage.rod.whole:
-            outcome, message = Outcome(stage.rod.curve.status), stage.rod.curve.message
+        elif (
+            margin is Margin.END
+            and isinstance(stage.response, Response)
+            and not stage.response.whole
+        ):
+            outcome, message = Outcome(stage.response.curve.status), stage.response.curve.message
             ends.append(Period(tip, step, until, EndsBy.UNKNOWN))
             break
         elif margin is Margin.END or (locked and margin is Margin.BACKWARD):
@@ -457,7 +448,7 @@ def simulate(
         else:
             at = float(positions[step])
             try:
-                rest = replace(slip, clamp=at, side=tip.side).end(tip.contact)
+                rest = replace(slip, clamp=at, side=tip.side).rest(tip.contact)
                 place = tip.contact if rest.lost is not None else rest.contact
                 footing = surface.footing(place, tip.side)
             except ArgumentError as error:
@@ -496,8 +487,8 @@ def _flown(flights: Sequence[Flight], spell: Callable[[float], str]) -> str:
     """Say how often the tip has lifted off in slips."""
     if not flights:
         return ""
-    lifts, lands = map(spell, flights[0])
-    return FLIES.format(times=counted(len(flights), "time"), lifts=lifts, lands=lands)
+    takes_off, lands = map(spell, flights[0])
+    return FLIES.format(times=counted(len(flights), "time"), lifts=takes_off, lands=lands)
 
 
 def _message(text: str, tip: Tip, until: float, clamp: float, spell: Callable[[float], str]) -> str:
@@ -528,10 +519,8 @@ def _assembled(
     def in_rows(values: list[float] | list[int]) -> FloatArray:
         return np.repeat(values, counts)
 
-    contact, side = (
-        in_rows([tip.contact for tip in tips]),
-        np.repeat([t.side for t in tips], counts),
-    )
+    contact = in_rows([tip.contact for tip in tips])
+    side = np.repeat([tip.side for tip in tips], counts)
     lift = in_rows([tip.footing.lift for tip in tips])
     slope = in_rows([tip.footing.ahead.slope for tip in tips])
     states, x0 = stage.states(clamp, contact, side, lift)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
 from math import comb
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1
@@ -53,9 +53,9 @@ class Lost(StrEnum):
 
 
 class Flight(NamedTuple):
-    """A part of a slip in which the tip does not touch: where it lifts off and lands (L)."""
+    """A part of a slip in which the tip does not touch: where it takes off and lands (L)."""
 
-    lifts: float
+    takes_off: float
     lands: float
 
 
@@ -91,13 +91,13 @@ class Rest(NamedTuple):
 class _Slide(NamedTuple):
     """A slide in one direction: where it ends, its energies, and whether it is lost.
 
-    `lifts` is where the tip lifted off; then it landed at `contact`.
+    `takes_off` is where the tip lifted off; then it landed at `contact`.
     """
 
     contact: float
     released: float = np.nan
     dissipated: float = np.nan
-    lifts: float | None = None
+    takes_off: float | None = None
     lost: Lost | None = None
 
 
@@ -176,33 +176,64 @@ LOOKS = 257
 CELL, SHORT_CELL, SHORTEST_CELL = Cell.of(1e-3, 6), Cell.of(2e-4, 3), Cell.of(5e-5, 2)
 
 
-def check_law(law: SlipLaw | str, kinetic_ratio: float, damping: float | None) -> SlipLaw:
-    """Refuse a slip law that is unknown, or lacks what it needs; return the law.
+@dataclass(frozen=True, kw_only=True)
+class SlipModel:
+    """A slip law, with the values that it needs.
 
-    Parameters
+    Attributes
     ----------
+    law : SlipLaw
     kinetic_ratio : float
-        μk/μ0, above 0 and at most 1.
+        Kinetic over static friction μk/μ0, above 0 and at most 1; the law ``free`` has none.
     damping : float or None
-        Damping ratio ζ, from 0: the law ``damped`` needs it, and no other law has it.
+        Damping ratio ζ of the rod, from 0: the law ``damped`` needs it, and no other law has it.
 
     Raises
     ------
     ArgumentError
+        If a value is out of range, or the law lacks what it needs.
     """
-    law = chosen(SlipLaw, law, "law")
-    if not 0.0 < kinetic_ratio <= 1.0:
-        raise ArgumentError(f"kinetic_ratio must be above 0 and at most 1, got {kinetic_ratio!r}")
-    if law is not SlipLaw.DAMPED:
-        if damping is not None:
+
+    law: SlipLaw = SlipLaw.FREE
+    kinetic_ratio: float = 0.8
+    damping: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check all values."""
+        if not 0.0 < self.kinetic_ratio <= 1.0:
             raise ArgumentError(
-                f"the law '{law}' has no damping: remove damping, or take the law 'damped'"
+                f"kinetic_ratio must be above 0 and at most 1, got {self.kinetic_ratio!r}"
             )
-    elif damping is None:
-        raise ArgumentError("the law 'damped' needs damping, the damping ratio of the rod")
-    elif not 0.0 <= damping < np.inf:
-        raise ArgumentError(f"damping must be a number from 0, got {damping!r}")
-    return law
+        if self.law is not SlipLaw.DAMPED:
+            if self.damping is not None:
+                raise ArgumentError(
+                    f"the law '{self.law}' has no damping: remove damping, or take the law 'damped'"
+                )
+        elif self.damping is None:
+            raise ArgumentError("the law 'damped' needs damping, the damping ratio of the rod")
+        elif not 0.0 <= self.damping < np.inf:
+            raise ArgumentError(f"damping must be a number from 0, got {self.damping!r}")
+
+    @classmethod
+    def of(
+        cls, law: SlipLaw | str, kinetic_ratio: float = 0.8, damping: float | None = None
+    ) -> Self:
+        """Make the model of a law that is given by its name; see `SlipModel`."""
+        return cls(law=chosen(SlipLaw, law, "law"), kinetic_ratio=kinetic_ratio, damping=damping)
+
+    @property
+    def loss(self) -> float:
+        """Part of the largest kinetic energy that the rod's vibration loses by its damping.
+
+        A damped vibration keeps the part e^(−2πζ) of its energy in half a wave. A slip that inertia
+        plays no part in loses all of its kinetic energy, and one by the law ``energy`` nothing.
+        """
+        if self.damping is not None:
+            return float(-np.expm1(-2.0 * np.pi * self.damping))
+        return 0.0 if self.law is SlipLaw.ENERGY else 1.0
+
+
+FREE_SLIP = SlipModel()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,11 +244,7 @@ class Slip:
     ----------
     stage : Stage
     surface : Surface
-    law : SlipLaw
-    ratio : float
-        Kinetic over static friction, μk/μ0.
-    damping : float
-        Damping ratio ζ of the rod, for the law ``damped``.
+    model : SlipModel
     clamp : float
         Position of the clamp along its stage (L).
     side : int
@@ -226,13 +253,11 @@ class Slip:
 
     stage: Stage
     surface: Surface
-    law: SlipLaw
-    ratio: float
-    damping: float = 0.0
+    model: SlipModel
     clamp: float = 0.0
     side: int = 1
 
-    def end(self, contact: float) -> Rest:
+    def rest(self, contact: float) -> Rest:
         """Find where a tip that begins to slip comes to rest.
 
         Parameters
@@ -246,7 +271,7 @@ class Slip:
             If the tip reaches an unknown part of the surface, or slides to and fro for too long.
         """
         contact = self._within(contact)
-        if self.law is SlipLaw.FREE and self._returns(contact):
+        if self.model.law is SlipLaw.FREE and self._returns(contact):
             states, begin = self._held(contact)
             rest = states.contact(float(self.stage.along(self.clamp)), 0.0, self.side)
             return Rest(contact=rest, x0=0.0, released=self._released(contact, float(begin)))
@@ -258,10 +283,10 @@ class Slip:
             if slide.lost is not None:
                 return Rest(contact=contact, x0=x0, lost=slide.lost, flights=flights)
             released, dissipated = released + slide.released, dissipated + slide.dissipated
-            if slide.lifts is not None:
-                flights = (*flights, Flight(lifts=slide.lifts, lands=contact))
+            if slide.takes_off is not None:
+                flights = (*flights, Flight(takes_off=slide.takes_off, lands=contact))
             if self._settled(contact, slide):
-                if self.law is SlipLaw.FREE:
+                if self.model.law is SlipLaw.FREE:
                     dissipated = np.nan
                 return Rest(contact, x0, released, dissipated, flights=flights)
         place = f"the clamp at {self.surface.spell(self.clamp)}"
@@ -332,10 +357,10 @@ class Slip:
 
     def _settled(self, contact: float, slide: _Slide) -> bool:
         """Whether a tip at the end of a slide remains there."""
-        if self.law is SlipLaw.FREE and slide.lifts is None:
+        if self.model.law is SlipLaw.FREE and slide.takes_off is None:
             return True
         footing = self.surface.footing(contact, self.side)
-        if self.law is SlipLaw.FREE:
+        if self.model.law is SlipLaw.FREE:
             # It rests after its flight in a corner, between two faces of which each pushes it back.
             slopes = footing.ahead.slope, footing.behind.slope
             ahead, behind = self._forces(contact, *slopes)
@@ -348,11 +373,11 @@ class Slip:
         for begin, end in pairwise(self._sought(contact, way)):
             part = self._followed(contact, way, begin, end)
             forces = part.forces if forces is None else forces.followed_by(part.forces)
-            stop, lifts = self._stop(forces), np.nan
+            stop, takes_off = self._stop(forces), np.nan
             if self.surface.texture is not None:
-                lifts = first_fall(forces.normal)
-            if np.isfinite(lifts) and not stop <= lifts:
-                return self._landing(contact, way, lifts)
+                takes_off = first_fall(forces.normal)
+            if np.isfinite(takes_off) and not stop <= takes_off:
+                return self._landing(contact, way, takes_off)
             if np.isfinite(stop):
                 return _Slide(
                     self._stopped(contact, onward, stop),
@@ -367,27 +392,16 @@ class Slip:
 
     def _stop(self, forces: _Forces) -> float:
         """Distance at which the law ends a slide; NaN if it does not end it yet (L)."""
-        if self.law is SlipLaw.FREE:
+        if self.model.law is SlipLaw.FREE:
             return first_fall(forces.driving)
         # What drives the tip beyond friction makes it faster; its integral is the kinetic energy.
         net = _polynomials(forces.driving.c - forces.friction.c, forces.driving.x)
-        return first_spent(net, self.loss)
+        return first_spent(net, self.model.loss)
 
-    @property
-    def loss(self) -> float:
-        """Part of the largest kinetic energy that the rod's vibration loses by its damping.
-
-        A damped vibration keeps the part e^(−2πζ) of its energy in half a wave. A slip that inertia
-        plays no part in loses all of its kinetic energy, and one by the law ``energy`` nothing.
-        """
-        if self.law is SlipLaw.DAMPED:
-            return float(-np.expm1(-2.0 * np.pi * self.damping))
-        return 0.0 if self.law is SlipLaw.ENERGY else 1.0
-
-    def _landing(self, contact: float, way: int, lifts: float) -> _Slide:
+    def _landing(self, contact: float, way: int, takes_off: float) -> _Slide:
         """Find the next place at which the surface pushes a tip that lifts off in a slide."""
-        onward, begin = self.side * way, lifts
-        off = contact + onward * lifts
+        onward, begin = self.side * way, takes_off
+        off = contact + onward * takes_off
         for end in self._sought(contact, way):
             if end <= begin:
                 continue
@@ -395,7 +409,7 @@ class Slip:
             normal = part.forces.normal
             lands = first_fall(_polynomials(-normal.c, normal.x))
             if np.isfinite(lands):
-                return _Slide(self._stopped(contact, onward, lands), lifts=off)
+                return _Slide(self._stopped(contact, onward, lands), takes_off=off)
             if part.lost is not None:
                 break
             begin = end
@@ -480,7 +494,7 @@ class Slip:
         held = self.stage.states(self.clamp, place, self.side, lift)
         slope = 0.0 if plane else self.side * surface.slope(place)
         tangential, normal = _resolved(held, slope)
-        friction = self.ratio * surface(place) * normal
+        friction = self.model.kinetic_ratio * surface(place) * normal
         forces = _Forces(
             *(
                 _polynomials(cell.coefficients @ one.T, breaks)

@@ -97,7 +97,7 @@ class Stage:
 
     Attributes
     ----------
-    rod : Response or HeightRange
+    response : Response or HeightRange
         Response of the rod at the one height of a level stage, or its responses at all heights that
         an oblique stage reaches.
     eta : float
@@ -106,7 +106,7 @@ class Stage:
         δ (rad); positive: the clamp approaches the surface as it moves.
     """
 
-    rod: Response | HeightRange
+    response: Response | HeightRange
     eta: float
     angle: float = 0.0
 
@@ -126,15 +126,17 @@ class Stage:
     def reach(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> FloatArray:
         """Distance of the height from the ends of the heights at which the rod is solved (L)."""
         height = self.height(clamp, lift)
-        if isinstance(self.rod, Response):
+        if isinstance(self.response, Response):
             return np.full(height.shape, np.inf)
-        return np.minimum(height - self.rod.parts[0].low, self.rod.parts[-1].high - height)
+        return np.minimum(
+            height - self.response.parts[0].low, self.response.parts[-1].high - height
+        )
 
     def at(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> Response | HeightStates:
         """Return the rod's states at the height that belongs to each clamp position."""
-        if isinstance(self.rod, Response):
-            return self.rod
-        return self.rod.states(self.height(clamp, lift))
+        if isinstance(self.response, Response):
+            return self.response
+        return self.response.states(self.height(clamp, lift))
 
     def states(
         self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike, lift: ArrayLike = 0.0
@@ -181,7 +183,7 @@ def stage_of(
     """
     angle = rod.mounting.stage_angle
     if texture is None and angle == 0.0:
-        return Stage(rod=responses([rod], partly)[0], eta=rod.eta)
+        return Stage(response=responses([rod], partly)[0], eta=rod.eta)
     reached = rod.height(np.append(positions, 0.0))
     low, high = float(reached.min()), float(reached.max())
     if texture is not None:
@@ -190,7 +192,7 @@ def stage_of(
         check_range(rod, low, high)
         low = max(low - _margin(texture.high), LOWEST)
         high = max(high, min(high + _margin(-texture.low), UPRIGHT))
-    return Stage(rod=respond_over(rod.level(rod.eta), low, high), eta=rod.eta, angle=angle)
+    return Stage(response=respond_over(rod.level(rod.eta), low, high), eta=rod.eta, angle=angle)
 
 
 def _margin(height: float) -> float:

@@ -186,7 +186,7 @@ class Tip:
         past = states.x0_lock if self.footing.behind.slope else 0.0
         return Exit(margin=least, locked=bool(x0 > past))
 
-    def end(self, path: ClampPath, clamp: float) -> EndOfSticking:
+    def sticks_until(self, path: ClampPath, clamp: float) -> EndOfSticking:
         """Find the first step at which the tip no longer sticks.
 
         Parameters

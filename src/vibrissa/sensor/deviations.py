@@ -21,7 +21,7 @@ from vibrissa.scanning.cycles import MakesStage
 from vibrissa.scanning.simulation import Scan
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.textures import Texture, splined
-from vibrissa.sensor.identification.forward import moved, scale_of
+from vibrissa.sensor.identification.derivatives import moved, scale_of
 from vibrissa.sensor.identification.parameters import SLOPE, Parameter, parameters_of
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.task import slope_length

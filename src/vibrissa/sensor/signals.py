@@ -10,7 +10,7 @@ from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Quantity, Units
 from vibrissa.scanning.cycles import move
 from vibrissa.scanning.simulation import Scan, TipPhase, TipSide
-from vibrissa.scanning.slip import SlipLaw
+from vibrissa.scanning.slip import SlipLaw, SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Whisker
@@ -132,9 +132,7 @@ def scan(
         surface,
         size,
         to=turns,
-        law=law,
-        kinetic_ratio=kinetic_ratio,
-        damping=damping,
+        model=SlipModel.of(law, kinetic_ratio, damping),
         tip_radius=radius,
     )
     return Signals(truth=truth, readings=truth.reactions * units.channels, units=units)

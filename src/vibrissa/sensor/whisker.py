@@ -137,5 +137,5 @@ class Whisker(MountedRod):
         from vibrissa.scanning.stage import Stage, stage_of
 
         if self.mounting.stage_angle == 0.0 and texture is None:
-            return Stage(rod=self.response, eta=self.eta)
+            return Stage(response=self.response, eta=self.eta)
         return stage_of(self, positions, texture=texture)

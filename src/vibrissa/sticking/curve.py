@@ -17,7 +17,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray, StrArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion
-from vibrissa.sticking.evaluation import CurveArray
+from vibrissa.sticking.onsets import CurveArray
 from vibrissa.sticking.piece import AHEAD, NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.shapes import RowStates
 from vibrissa.sticking.vibration import check_vibration, state_frequencies

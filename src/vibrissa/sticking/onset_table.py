@@ -19,7 +19,7 @@ from vibrissa.numerics.batch import slices
 from vibrissa.outcomes import Contact, RodSection, Status
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import CURVES_AT_ONCE
-from vibrissa.sticking.evaluation import CurveArray
+from vibrissa.sticking.onsets import CurveArray
 from vibrissa.sticking.periods import last_steps
 from vibrissa.sticking.piece import PathState
 

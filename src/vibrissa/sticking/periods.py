@@ -14,7 +14,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Status
 from vibrissa.sticking.curve import StickingCurve
-from vibrissa.sticking.evaluation import CurveArray
+from vibrissa.sticking.onsets import CurveArray
 from vibrissa.sticking.piece import StickingState
 
 

@@ -45,26 +45,26 @@ NAMES = {
 TWICE = 2.0
 
 
-class Axis(NamedTuple):
+class AxisUnit(NamedTuple):
     """Factor from nondimensional values to those of an axis, and the unit to write there."""
 
     factor: float
     unit: str
 
 
-def axis_of(found: Identification, kind: Kind, values: FloatArray) -> Axis:
+def axis_of(found: Identification, kind: Kind, values: FloatArray) -> AxisUnit:
     """Choose the unit of an axis: a prefix for small values in SI units."""
     unit, name = found.units.unit(kind), found.units.name(kind)
     largest = float(np.nanmax(np.abs(values), initial=0.0)) * unit
     if found.units.nondimensional:
-        return Axis(factor=unit, unit=name.replace("*", "·").replace("^2", "²"))
+        return AxisUnit(factor=unit, unit=name.replace("*", "·").replace("^2", "²"))
     name = name.replace("N*m", "N·m")
     if largest >= 1.0 or not largest:
-        return Axis(factor=unit, unit=name)
+        return AxisUnit(factor=unit, unit=name)
     return (
-        Axis(factor=1e3 * unit, unit=f"m{name}")
+        AxisUnit(factor=1e3 * unit, unit=f"m{name}")
         if largest >= 1e-3
-        else Axis(factor=1e6 * unit, unit=f"µ{name}")
+        else AxisUnit(factor=1e6 * unit, unit=f"µ{name}")
     )
 
 

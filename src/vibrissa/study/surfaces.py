@@ -242,14 +242,14 @@ def _read_profile(path: Path, name: str, check: Callable[[int, float], None]) ->
     return found
 
 
-class Line(NamedTuple):
+class TextLine(NamedTuple):
     """A line of a file, with its number from 1."""
 
     number: int
     text: str
 
 
-def lines_of(path: Path) -> list[Line]:
+def lines_of(path: Path) -> list[TextLine]:
     """Read the lines of a text in UTF-8, without those that are empty or begin with #.
 
     Raises
@@ -262,7 +262,7 @@ def lines_of(path: Path) -> list[Line]:
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"{path} cannot be read as a text in UTF-8: {error}") from None
     return [
-        Line(number=number, text=line)
+        TextLine(number=number, text=line)
         for number, line in enumerate(text.splitlines(), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]

@@ -24,7 +24,7 @@ def response():
 def signals(response, law="free", turns=("0.4",), step="0.0005"):
     """Clamp positions, readings and the first row of each period of a clean recording."""
     surface = surfaces.random(3, 0.3, 0.04, 0.05)
-    truth = simulate(response, surface, path(step, turns), **by_law(law))
+    truth = simulate(response, surface, path(step, turns), by_law(law))
     begins = np.flatnonzero(np.diff(truth.period, prepend=0))
     return truth.clamp.copy(), measured(truth.reactions, 4), begins
 

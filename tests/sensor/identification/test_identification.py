@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from recordings import covered, found_in, known, recorded
-from responses import respond
+from responses import by_law, respond
 from steel import NOISE, ROD, SCALE, SENSOR, STIFF, TRANSDUCER, identified, measured, recording_of
 from vibrissa.errors import WrongRodError
 from vibrissa.quantities.units import Units
@@ -49,7 +49,7 @@ def test_every_slip_is_found_and_its_friction(response, turns):
 
 
 def test_slips_in_the_noise_of_the_forces_are_seen_in_the_moment_or_refused(response):
-    truth = simulate(response, surfaces.constant(0.3), path("0.0005", ["0.6"]), "free", 0.8)
+    truth = simulate(response, surfaces.constant(0.3), path("0.0005", ["0.6"]))
     rise = np.ptp(truth.reactions[truth.period == 2, 0])
     noise = np.array([rise / 5.5, rise / 5.5, NOISE[2]])
     random = np.random.default_rng(1).normal(size=truth.reactions.shape)
@@ -175,7 +175,7 @@ def test_a_swing_aside_is_seen_where_positions_are_noisy(response):
 
 
 def test_positions_that_scatter_by_more_than_a_step_make_no_slips(response):
-    truth = simulate(response, surfaces.constant(0.3), path("0.0002", ["0.2"]), "free", 0.8)
+    truth = simulate(response, surfaces.constant(0.3), path("0.0002", ["0.2"]))
     rows = np.repeat(np.arange(len(truth)), 10)
     noise = np.random.default_rng(1).normal(0.0, 1e-6, len(rows))
     recording = recording_of(truth.clamp[rows] + noise, measured(truth.reactions[rows], 1))
@@ -184,7 +184,7 @@ def test_positions_that_scatter_by_more_than_a_step_make_no_slips(response):
 
 
 def test_readings_of_a_coarse_resolution_are_weighted_by_their_rise(response):
-    truth = simulate(response, surfaces.constant(0.3), path("0.0001", ["0.2"]), "free", 0.8)
+    truth = simulate(response, surfaces.constant(0.3), path("0.0001", ["0.2"]))
     fall = np.ptp(truth.reactions[truth.period == 2], axis=0)
     noise = fall / [1.0, 1.0, 9.3]
     for seed in range(3):
@@ -211,7 +211,7 @@ def test_rows_of_a_long_gap_between_periods_are_those_of_no_period():
 
 def measured_over(response, surface, turns, law="free", section="round"):
     """Truth and periods of a scan, readings at the transducer's limit left out."""
-    truth = simulate(response, surface, path("0.0005", turns), law, 0.8)
+    truth = simulate(response, surface, path("0.0005", turns), by_law(law))
     readings = measured(truth.reactions, 3)
     rows = np.flatnonzero(~SENSOR.saturated(readings * STIFF).any(axis=1))
     recording = recording_of(truth.clamp[rows], readings[rows])

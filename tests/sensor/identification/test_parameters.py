@@ -7,7 +7,7 @@ from vibrissa import Mounting
 from vibrissa.errors import VibrissaError
 from vibrissa.scanning.heights import check_range
 from vibrissa.sensor import Whisker
-from vibrissa.sensor.identification.forward import moved, scale_of
+from vibrissa.sensor.identification.derivatives import moved, scale_of
 from vibrissa.sensor.identification.parameters import parameters_of, ranges_of
 from vibrissa.sensor.tolerances import TOLERABLE
 

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import plain_elastica
-from responses import respond
+from responses import by_law, respond
 from steel import identified, recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, MixedColumnsError, RecordingError
@@ -112,7 +112,7 @@ def test_intervals_are_honest_on_coarse_steps(step):
 
 
 def test_many_precise_samples_hide_no_slip_and_a_slip_among_them_is_named():
-    truth = simulate(respond(2.0, 0.85), surfaces.constant(0.3), path("0.0001", ["0.3"]), "free")
+    truth = simulate(respond(2.0, 0.85), surfaces.constant(0.3), path("0.0001", ["0.3"]))
     noise = 0.3 * NOISE
     readings = truth.reactions + np.random.default_rng(1).normal(size=(len(truth), 3)) * noise
     found = read_ratio(recording_of(truth.clamp, readings), noise)
@@ -125,7 +125,9 @@ def test_many_precise_samples_hide_no_slip_and_a_slip_among_them_is_named():
 
 def test_a_tip_that_is_pulled_back_has_the_same_friction():
     response = respond(2.0, 0.85)
-    truth = simulate(response, surfaces.constant(0.3), path("0.0002", ["0.1", "-0.1"]), "kinetic")
+    truth = simulate(
+        response, surfaces.constant(0.3), path("0.0002", ["0.1", "-0.1"]), by_law("kinetic")
+    )
     noise = np.random.default_rng(1).normal(size=truth.reactions.shape) * NOISE
     found = read_ratio(recording_of(truth.clamp, truth.reactions + noise), NOISE)
     error, deviation, inside = errors(found, truth.mu0)
@@ -135,7 +137,7 @@ def test_a_tip_that_is_pulled_back_has_the_same_friction():
 
 def test_a_locked_tip_and_a_rod_that_swings_aside_give_bounds_alone():
     response = respond(2.0, 0.85)
-    truth = simulate(response, surfaces.constant(0.8), path("0.0002", ["0.95"]), "free", 0.8)
+    truth = simulate(response, surfaces.constant(0.8), path("0.0002", ["0.95"]))
     noise = np.random.default_rng(1).normal(size=truth.reactions.shape) * NOISE
     found = read_ratio(recording_of(truth.clamp, truth.reactions + noise), NOISE)
     assert found.status.tolist() == [PeriodStatus.LOCK]

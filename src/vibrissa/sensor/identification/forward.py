@@ -16,7 +16,6 @@ where fx, fy and φ1 are those of the rod without a ball, at C. The moment on th
 the equilibrium of the rod.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -37,7 +36,8 @@ from vibrissa.scanning.heights import (
 )
 from vibrissa.scanning.response import Response, States, responses
 from vibrissa.scanning.stage import Held, Stage
-from vibrissa.sensor.identification.parameters import OF_MOUNTING, OF_ROD, STEP
+from vibrissa.sensor.identification.derivatives import derivatives, moved, scale_of
+from vibrissa.sensor.identification.parameters import OF_ROD, STEP
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
@@ -65,24 +65,6 @@ class Changes(NamedTuple):
 
     readings: FloatArray
     friction: FloatArray
-
-
-def moved(given: Whisker, size: Mapping[str, float]) -> Whisker:
-    """Return the whisker `given` after a change; `size` maps parameter names to deviations.
-
-    The height of the result is in units of its own length.
-    """
-    return replace(
-        given,
-        theta=given.theta + size["theta"],
-        eta=(given.eta + size["eta"] - size["tip_radius"]) / (1.0 + size["length"]),
-        mounting=given.mounting.shifted(**{name: size[name] for name in OF_MOUNTING}),
-    )
-
-
-def scale_of(size: Mapping[str, float]) -> float:
-    """Return true travel in true lengths of the rod, over recorded travel in given lengths."""
-    return (1.0 + size["stage_scale"]) / (1.0 + size["length"])
 
 
 def forward_models(task: Task, given: Whisker, *sets: FloatArray) -> list["ForwardModel"]:
@@ -124,10 +106,10 @@ def _kept_responses(rods: tuple[Whisker, ...]) -> list[Response]:
     return responses(rods, partly=True)
 
 
-def _nodes(rod: Whisker, height: FloatArray) -> FloatArray:
+def _nodes(whisker: Whisker, height: FloatArray) -> FloatArray:
     """Heights at which a rod is solved, a row for each part of their range (L)."""
     low, high = float(height.min()), float(height.max())
-    check_range(rod, low, high)
+    check_range(whisker, low, high)
     room = ROOM * (1.0 - high)
     low, high = max(low - room, LOWEST), min(high + room, HIGHEST)
     if high - low < NARROW * (1.0 - high):
@@ -164,7 +146,7 @@ class ForwardModel:
     def at(self, clamp: FloatArray, contact: ArrayLike) -> Held:
         """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
         rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
-        stage = Stage(rod=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
+        stage = Stage(response=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
         return stage.states(clamp, contact, 1)
 
     def rolled(self, clamp: FloatArray, contact: ArrayLike) -> Held:
@@ -253,20 +235,24 @@ class ForwardModel:
         parameters, loads = self.task.parameters, self.loads(*self.states(u))
         friction, readings = self.friction(u)[:, 1], np.zeros((len(parameters), *loads.shape))
         frictions = np.zeros((len(parameters), len(u)))
-        step = np.array([one.step for one in parameters])
-        sets = self.p + np.diag(step)
-        of_rod = [self.task.number[name] for name in OF_ROD]
-        solved = dict(
-            zip(of_rod, forward_models(self.task, self.given, *sets[of_rod]), strict=True)
+        steps = {one.name: one.step for one in parameters}
+        sets = dict(zip(steps, self.p + np.diag([*steps.values()]), strict=True))
+        solved = forward_models(self.task, self.given, *(sets[name] for name in OF_ROD))
+        near = {
+            one.name: replace(self, p=sets[one.name]) for one in parameters if one.effect is None
+        } | dict(zip(OF_ROD, solved, strict=True))
+        of_loads = derivatives(
+            loads, {name: model.loads(*model.states(u)) for name, model in near.items()}, steps
+        )
+        of_friction = derivatives(
+            friction, {name: model.friction(u)[:, 1] for name, model in near.items()}, steps
         )
         for k, one in enumerate(parameters):
-            if one.effect is not None:
+            if one.effect is None:
+                readings[k] = self.scaled(of_loads[one.name])
+                frictions[k] = of_friction[one.name]
+            else:
                 readings[k] = one.effect(loads, *self.task.rows)
-                continue
-            near = solved.get(k) or replace(self, p=sets[k])
-            after = near.loads(*near.states(u))
-            readings[k] = self.scaled((after - loads) / step[k])
-            frictions[k] = (near.friction(u)[:, 1] - friction) / step[k]
         return Changes(readings=readings, friction=frictions)
 
 

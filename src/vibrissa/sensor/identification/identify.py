@@ -124,28 +124,34 @@ def identify(
         delay=in_samples(given, delay, "delay"),
     )
     # A recording in SI units cannot be compared with a rod whose size is not known.
-    rod = whisker if whisker is not None and whisker.units == units else None
-    task = task_of(given, setup, rod, sensor, units)
-    if profile and rod is None:
+    if whisker is not None and whisker.units != units:
+        whisker = None
+    task = task_of(given, setup, whisker, sensor, units)
+    if profile and whisker is None:
         raise ArgumentError(
             "the profile needs the rod: give theta and eta, and its size in SI units"
         )
-    located = profile_of(task, rod) if profile and rod is not None else None
-    found = _read(task).noted(UNCHECKED) if rod is None else _read_both(task, rod, method)
-    if rod is not None:
-        found = found.noted(*_too_fast(found.periods, given.interval, rod, setup.in_si("density")))
+    located = profile_of(task, whisker) if profile and whisker is not None else None
+    if whisker is None:
+        found = _read(task).noted(UNCHECKED)
+    else:
+        found = _read_both(task, whisker, method)
+        rings = _too_fast(found.periods, given.interval, whisker, setup.in_si("density"))
+        found = found.noted(*rings)
     # The slope of the surface changes the friction by both methods alike.
     found = replace(found, periods=found.periods.on_slope(found.slope))
     return replace(found, profile=located)
 
 
-def _too_fast(periods: Periods, interval: float, rod: Whisker, density: float | None) -> list[str]:
+def _too_fast(
+    periods: Periods, interval: float, whisker: Whisker, density: float | None
+) -> list[str]:
     """Return a note if the rod still rings from a slip when the next one begins."""
     slips = np.flatnonzero(periods.status == PeriodStatus.SLIP)
-    if not (len(slips) and np.isfinite(interval) and rod.curve.pieces):
+    if not (len(slips) and np.isfinite(interval) and whisker.curve.pieces):
         return []
-    x0 = rod.curve.onset(float(np.median(periods.mu0[slips])))
-    rings = ringing_of(rod, float(x0), density) if np.isfinite(x0) else None
+    x0 = whisker.curve.onset(float(np.median(periods.mu0[slips])))
+    rings = ringing_of(whisker, float(x0), density) if np.isfinite(x0) else None
     between = interval * float(np.median(periods.last[slips] - periods.first[slips] + 1))
     if rings is None or not rings.lasts > between:
         return []
@@ -163,12 +169,12 @@ def _read(task: Task) -> Identification:
     return read_ratio(task).doubted(Check(Grade.DOUBTFUL, everywhere, UNTARED))
 
 
-def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
+def _read_both(task: Task, whisker: Whisker, method: Method) -> Identification:
     """Estimate friction by one method, and compare it with the other method if that succeeds."""
     try:
-        table = table_of_states(task, rod)
+        table = table_of_states(task, whisker)
         check_columns(task, table)
-        model = read_model(task, rod, table)
+        model = read_model(task, whisker, table)
     except MixedColumnsError:
         raise
     except (NoResponseError, RecordingError) as error:

@@ -9,6 +9,7 @@ import numpy as np
 from vibrissa.mechanics.taper import MOST_TAPER, modulus
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.heights import HIGHEST, LOWEST
+from vibrissa.scanning.rods import MountedRod
 from vibrissa.sensor.tolerances import TOLERABLE
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
@@ -98,7 +99,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Range:
+class Bounds:
     """Range of a parameter, and the step of its difference quotient; see `Parameter`."""
 
     low: float = -np.inf
@@ -106,7 +107,7 @@ class Range:
     step: float = STEP
 
 
-def ranges_of(given: Whisker | None) -> dict[str, Range]:
+def ranges_of(given: MountedRod | None) -> dict[str, Bounds]:
     """Return the ranges of parameters whose values are bounded, by the quantity that deviates.
 
     Without a rod, only parameters of the transducer are used, and no value is fitted.
@@ -114,31 +115,31 @@ def ranges_of(given: Whisker | None) -> dict[str, Range]:
     if given is None:
         return {}
     mounting = given.mounting
-    scale = Range(low=LEAST_SCALE - 1.0)
+    scale = Bounds(low=LEAST_SCALE - 1.0)
     # The tip of a tube is thicker than its bore.
     thinnest = min(MOST_TAPER, LEAST_WALL / mounting.bore) if mounting.bore else MOST_TAPER
     # The modulus stays positive: its change c1·s may take a part of it away.
     least = np.min(modulus(PLACES, mounting.making) / PLACES)
     return {
-        "theta": Range(low=1.0 - given.theta, high=thinnest - given.theta),
+        "theta": Bounds(low=1.0 - given.theta, high=thinnest - given.theta),
         # Downwards, as forces are singular where the rod is upright.
-        "eta": Range(
+        "eta": Bounds(
             low=LOWEST - given.eta,
             high=HIGHEST - given.eta,
             step=-STEP_IN_GAP * (1.0 - given.eta),
         ),
-        "clamp_angle": Range(
+        "clamp_angle": Bounds(
             low=-MOST_ANGLE - mounting.clamp_angle, high=MOST_ANGLE - mounting.clamp_angle
         ),
-        "stage_angle": Range(
+        "stage_angle": Bounds(
             low=-MOST_ANGLE - mounting.stage_angle, high=MOST_ANGLE - mounting.stage_angle
         ),
-        "clamp_compliance": Range(low=-mounting.clamp_compliance),
+        "clamp_compliance": Bounds(low=-mounting.clamp_compliance),
         # A rod that lies on the surface has no neighbour that is curved towards the surface.
-        "curvature": Range(low=-MOST_CURVED, high=MOST_CURVED, step=-STEP),
-        "stiffening": Range(low=-LEAST_WALL * float(least)),
-        "tip_radius": Range(low=0.0, high=min(ROUNDEST, given.eta - LOWEST)),
-        "transducer_angle": Range(low=-MOST_ANGLE, high=MOST_ANGLE),
+        "curvature": Bounds(low=-MOST_CURVED, high=MOST_CURVED, step=-STEP),
+        "stiffening": Bounds(low=-LEAST_WALL * float(least)),
+        "tip_radius": Bounds(low=0.0, high=min(ROUNDEST, given.eta - LOWEST)),
+        "transducer_angle": Bounds(low=-MOST_ANGLE, high=MOST_ANGLE),
         "modulus": scale,
         "diameter": scale,
         "length": scale,
@@ -162,7 +163,7 @@ def parameters_of(
         Full scale of the channels, for crosstalk; NaN for a channel that was not recorded.
     """
     there = np.isfinite(full_scale)
-    ranges, unbounded = ranges_of(given), Range()
+    ranges, unbounded = ranges_of(given), Bounds()
     channels = {name: NEEDS.get(name, one.channel) for name, one in TOLERABLE.items()}
     each = (
         Parameter(

@@ -14,7 +14,7 @@ from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Units
-from vibrissa.sensor.identification.forward import moved, scale_of
+from vibrissa.sensor.identification.derivatives import derivatives, moved, scale_of
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.location import Located, located
 from vibrissa.sensor.whisker import Whisker
@@ -130,9 +130,9 @@ def profile_of(task: Task, given: Whisker) -> ContactProfile:
     )
 
 
-def _places(found: Located, rod: Whisker, length: float = 1.0) -> _Places:
+def _places(found: Located, whisker: Whisker, length: float = 1.0) -> _Places:
     """Positions and heights of contact points of a rod that is `length` times the given one."""
-    return _Places(x=found.x * length, height=(rod.eta - found.y) * length)
+    return _Places(x=found.x * length, height=(whisker.eta - found.y) * length)
 
 
 def _changes(
@@ -149,7 +149,9 @@ def _changes(
             yield -one.deviation * np.einsum("kcn,nk->cn", by_load, wrong)
             continue
         size = nothing | {one.name: one.step}
-        rod, length = moved(given, size), 1.0 + size["length"]
+        whisker, length = moved(given, size), 1.0 + size["length"]
         loads = recording.readings * np.array([length**2, length**2, length])
-        found = located(rod, scale_of(size) * recording.clamp, loads)
-        yield one.deviation * (np.array(_places(found, rod, length)) - places) / one.step
+        found = located(whisker, scale_of(size) * recording.clamp, loads)
+        changed = {one.name: np.array(_places(found, whisker, length))}
+        by_parameter = derivatives(np.array(places), changed, {one.name: one.step})
+        yield one.deviation * by_parameter[one.name]

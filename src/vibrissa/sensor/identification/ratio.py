@@ -29,7 +29,7 @@ from vibrissa.sensor.identification.propagation import (
 )
 from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.slips import Ends, check_slips
+from vibrissa.sensor.identification.slips import PeriodEnds, check_slips
 from vibrissa.sensor.identification.task import Task
 
 # Highest degree that is chosen.
@@ -129,7 +129,7 @@ def deviation_of(ratio: FloatArray, fy: FloatArray, noise: FloatArray) -> FloatA
     return np.asarray(np.hypot(noise[0], ratio * noise[1]) / np.abs(fy))
 
 
-def in_window(blocks: Blocks, ends: Ends) -> tuple[Blocks, FloatArray]:
+def in_window(blocks: Blocks, ends: PeriodEnds) -> tuple[Blocks, FloatArray]:
     """Select the blocks in a window at the end of each period.
 
     The window is as long as the travel in the period, but not longer than the median travel.

@@ -106,7 +106,7 @@ class Spans(Batch):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Ends(Batch):
+class PeriodEnds(Batch):
     """Motion of the clamp at the ends of p periods, each field an array of shape (p,).
 
     Attributes
@@ -309,7 +309,7 @@ def before_swing(recording: Recording, spans: Spans, noise: FloatArray) -> tuple
     return recording, replace(spans, after=after, swung=swung)
 
 
-def ends_of(recording: Recording, spans: Spans) -> Ends:
+def ends_of(recording: Recording, spans: Spans) -> PeriodEnds:
     """Find the position, travel and direction of the clamp at the end of each period."""
     clamp, position = recording.clamp, recording.position
     last, unseen = clamp[spans.ends], spans.cut | spans.passes
@@ -321,7 +321,7 @@ def ends_of(recording: Recording, spans: Spans) -> Ends:
         same = (np.abs(gap - usual) < ANOTHER * position) & ~unseen
         last = np.where(same, last + 0.5 * (gap - usual), last)
         gap = np.where(same, usual, gap)
-    return Ends(clamp=last, gap=gap, sign=sign)
+    return PeriodEnds(clamp=last, gap=gap, sign=sign)
 
 
 class InPeriods(NamedTuple):

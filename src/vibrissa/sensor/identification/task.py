@@ -14,7 +14,7 @@ from vibrissa.sensor.identification.holds import rounding
 from vibrissa.sensor.identification.noise import noise_of
 from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
 from vibrissa.sensor.identification.recording import FORCES, Recording
-from vibrissa.sensor.identification.slips import Ends, Spans, ends_of, find_slips
+from vibrissa.sensor.identification.slips import PeriodEnds, Spans, ends_of, find_slips
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
@@ -117,7 +117,7 @@ class Task:
         return max(len(self.recording) - 1, 1)
 
     @cached_property
-    def ends(self) -> Ends:
+    def ends(self) -> PeriodEnds:
         """Position, travel and direction of the clamp at the end of each period."""
         return ends_of(self.recording, self.spans)
 

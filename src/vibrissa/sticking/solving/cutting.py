@@ -43,7 +43,7 @@ DECAY_TOLERANCE = 1e-12
 NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
 
 
-class Section(NamedTuple):
+class PathSection(NamedTuple):
     """A smooth part of a path, from the knot `first` to the knot `last`.
 
     Its parameter grows along the unit vector `direction` in path coordinates, shape (4,). `by_x0`
@@ -93,7 +93,7 @@ class Parts(Batch):
         return closing
 
 
-def _sections(followed: Followed, side: FloatArray) -> list[Section]:
+def _sections(followed: Followed, side: FloatArray) -> list[PathSection]:
     """Cut paths into sections that have one parameter each, in the order of the knots."""
     knots, sections = followed.knots, []
     begins = np.append(np.flatnonzero(knots.step == 0.0), len(knots))
@@ -109,10 +109,10 @@ def _sections(followed: Followed, side: FloatArray) -> list[Section]:
             if low == high:
                 continue
             if by_x0[low]:
-                sections.append(Section(start + low, start + high, True, ahead * X0))
+                sections.append(PathSection(start + low, start + high, True, ahead * X0))
                 continue
             for i, j, direction in _straight(along, low, high):
-                sections.append(Section(start + i, start + j, False, direction))
+                sections.append(PathSection(start + i, start + j, False, direction))
     return sections
 
 

@@ -6,14 +6,14 @@ import pytest
 
 import made_tables
 from vibrissa import Mounting, solve_curve
+from vibrissa.computing.points import solved_rows
+from vibrissa.computing.rods import rods_of
 from vibrissa.errors import DamagedTableError, StudyError
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.study.chunks import ROW_ORDER, Chunk, columns_at, number_of_points
 from vibrissa.study.reading import read_study
 from vibrissa.tables import query, store
-from vibrissa.tables.points import solved_rows
-from vibrissa.tables.rods import rods_of
 from vibrissa.tables.schemas import STICTION
 
 SOLVER = {"method": "collocation"}

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from functools import cache
 from itertools import product
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -12,11 +12,11 @@ from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.study.axes import MOUNTING_AXES, Values
 
-# A rod: its values by axis; dx0 is None where one solution serves all steps of the clamp.
-Rod = Mapping[str, Any]
+# Values of a rod by axis; dx0 is None where one solution serves all steps of the clamp.
+RodAxes: TypeAlias = Mapping[str, Any]
 
 
-def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
+def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[RodAxes]:
     """List the rods of a chunk in the order of its rows; `by_step`: one rod for each Δx0."""
     order = ("eta", "theta", *MOUNTING_AXES, "dx0")
     values: list[Sequence[Any]] = [
@@ -26,7 +26,7 @@ def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
 
 
 def solve(
-    rods: Sequence[Rod],
+    rods: Sequence[RodAxes],
     *,
     method: Solver,
     contact: Contact,

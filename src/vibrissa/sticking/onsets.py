@@ -1,4 +1,4 @@
-"""Evaluation of sticking curves: contact, states, onsets of slip, motion after the lock.
+"""Onsets of slip on sticking curves, the states at displacements, and the motion after the lock.
 
 No result of one curve depends on other curves, not even by rounding.
 """

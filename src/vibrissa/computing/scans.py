@@ -1,41 +1,30 @@
 """Scans as tables: a row for each step of the clamp, and a row for each period of sticking."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.errors import ArgumentError, EndedScanError, NoResponseError
+from vibrissa.computing.columns import axis_columns, frequency_values, spelled, state_values
+from vibrissa.computing.rods import solve
+from vibrissa.computing.surfaces import slip_model_of, surface_of
+from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection, Solver, TipMotion
-from vibrissa.scanning import surfaces as scanned
-from vibrissa.scanning import textures
-from vibrissa.scanning.cycles import as_far, move, stages
+from vibrissa.scanning.cycles import move, stage_maker
 from vibrissa.scanning.response import LOADS
 from vibrissa.scanning.simulation import Outcome, Scan, TipPhase, TipSide
 from vibrissa.scanning.surfaces import Surface
-from vibrissa.scanning.textures import Texture
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.vibration import state_frequencies
-from vibrissa.study.axes import (
-    AXES,
-    FRICTION_AXES,
-    LAW_AXES,
-    MOUNTING_AXES,
-    POWERS,
-    SURFACE_AXES,
-    Values,
-    sortable,
-)
-from vibrissa.study.chunks import points_of, spell_powers
-from vibrissa.study.surfaces import Variant, read_heights, read_profile
-from vibrissa.tables.records import frequency_values, state_values, table_of
-from vibrissa.tables.rods import Rod, solve
+from vibrissa.study.axes import MOUNTING_AXES, Values
+from vibrissa.study.chunks import points_of
+from vibrissa.study.surfaces import Variant
+from vibrissa.tables.rows import table_of
 from vibrissa.tables.schemas import PERIODS, SCANS, SHAPE
 
 
@@ -67,106 +56,58 @@ def computed_scans(
     The arguments are those of `vibrissa.study.scans.ScanChunk`, and `frequencies` is the number of
     natural frequencies to compute at each step.
     """
-    places = [surface_of(variant) for variant in surfaces]
+    made = [surface_of(variant) for variant in surfaces]
     for rod in points_of(axes):
         # Solved alone, as a command solves it: together with others it differs by rounding.
         (curve,) = solve([rod], method=method, contact=contact, section=section, retract=True)
-        for variant, surface in zip(surfaces, places, strict=True):
-            for law in laws:
-                radius = variant.get("tip_radius", 0.0)
-                found = _moved(curve, surface, rod, law, to=to, cycles=cycles, tip_radius=radius)
-                point = {**rod, **variant, **law}
-                print(scan, spelled(point), found.status, found.message)
-                yield scan_tables(
-                    scan,
-                    point,
-                    found,
-                    study=study,
-                    method=method,
-                    shapes=shapes,
-                    each_step=each_step,
-                    frequencies=frequencies,
-                )
+        for (variant, surface), law in product(zip(surfaces, made, strict=True), laws):
+            point = {**rod, **variant, **law}
+            found = scan_of(point, curve, surface, to=to, cycles=cycles)
+            print(scan, spelled(point), found.status, found.message)
+            yield scan_tables(
+                scan,
+                point,
+                found,
+                study=study,
+                method=method,
+                shapes=shapes,
+                each_step=each_step,
+                frequencies=frequencies,
+            )
 
 
-def _moved(
+def scan_of(
+    point: Mapping[str, Any],
     curve: StickingCurve,
     surface: Surface,
-    rod: Rod,
-    law: Mapping[str, Any],
     *,
     to: Sequence[float] | None,
     cycles: int | None,
-    tip_radius: float,
 ) -> Scan:
-    """Compute a scan; without rows where it has no result, with the reason in its message."""
+    """Compute the scan of a point; without rows where it has no result, with the reason.
+
+    Parameters
+    ----------
+    point : mapping
+        Values of the axes, of the surface and of the slip law.
+    """
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
-    scan = partial(move, stages(curve), surface, rod["dx0"], tip_radius=tip_radius, **law)
     try:
-        return _kept(scan, rod["dx0"], to, cycles)
+        return move(
+            stage_maker(curve),
+            surface,
+            point["dx0"],
+            to=to,
+            cycles=cycles,
+            model=slip_model_of(point),
+            tip_radius=point.get("tip_radius", 0.0),
+            as_far=True,
+        )
     except NoResponseError as error:
         return Scan.without_rows(Outcome.OUT_OF_REACH, str(error))
     except ArgumentError as error:
         return Scan.without_rows(Outcome.FAILED, str(error))
-
-
-def _kept(
-    scan: Callable[..., Scan], step: float, to: Sequence[float] | None, cycles: int | None
-) -> Scan:
-    """Compute a scan, or its steps up to where the tip leaves the surface or the rod's heights."""
-    try:
-        if to is None:
-            return scan(cycles=cycles)
-        return as_far(lambda turns: scan(to=turns), step, to)
-    except EndedScanError as error:
-        found: Scan = error.scan
-        return found
-
-
-def surface_of(variant: Variant) -> Surface:
-    """Make the surface that a variant of a study file describes."""
-    friction, texture = _friction_of(variant), texture_of(variant)
-    return friction if texture is None else friction.with_texture(texture)
-
-
-def texture_of(variant: Variant) -> Texture | None:
-    """Make the heights of a surface, the sum of all that a variant describes; None without any."""
-    found = []
-    for name, make in (
-        ("wave", textures.wave),
-        ("grooves", textures.grooves),
-        ("rough", textures.rough),
-    ):
-        prefix = f"{name}_"
-        values = {
-            axis.removeprefix(prefix): variant[axis] for axis in variant if axis.startswith(prefix)
-        }
-        if values:
-            found.append(make(**values))
-    if "heights" in variant:
-        found.append(textures.measured(*read_heights(Path(variant["heights"]))))
-    if not found:
-        return None
-    return sum(found[1:], start=found[0]).with_lay(variant.get("lay", 0.0))
-
-
-def _friction_of(variant: Variant) -> Surface:
-    """Make a plane with the friction that a variant describes."""
-    if "patches" in variant:
-        starts, mu0 = zip(*variant["patches"], strict=True)
-        return scanned.patches(starts, mu0)
-    if "profile" in variant:
-        return scanned.profile(*read_profile(Path(variant["profile"])))
-    if "mean" in variant:
-        return scanned.random(**{axis: variant[axis] for axis in FRICTION_AXES})
-    return scanned.constant(variant["mu0"])
-
-
-def spelled(point: Mapping[str, Any]) -> str:
-    """Format the values of a scan for its log."""
-    shown = {key: value for key, value in point.items() if value not in (None, 0.0)}
-    return ", ".join(f"{key} {value}" for key, value in shown.items() if key != "content")
 
 
 def scan_tables(
@@ -206,14 +147,6 @@ def scan_tables(
     )
 
 
-def axis_columns(point: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of the axes of a scan by column; None for axes that it does not have."""
-    powers = {column: spell_powers(point[axis]) for axis, column in POWERS.items()}
-    values = {**point, **powers, **{axis: sortable(point[axis])[0] for axis in POWERS}}
-    keys = (*AXES, *POWERS.values(), "surface", *SURFACE_AXES, *LAW_AXES)
-    return {key: values.get(key) for key in keys}
-
-
 def _table(schema: pa.Schema, same: Mapping[str, Any], columns: Mapping[str, Any]) -> pa.Table:
     """Make a table whose rows share some values; one row without further values if it has none."""
     count = len(next(iter(columns.values()))) if columns else 1
@@ -228,7 +161,7 @@ def _table(schema: pa.Schema, same: Mapping[str, Any], columns: Mapping[str, Any
 
 
 def _steps(
-    scan: Scan, rod: Mapping[str, Any], shapes: bool, each_step: bool, frequencies: int
+    scan: Scan, point: Mapping[str, Any], shapes: bool, each_step: bool, frequencies: int
 ) -> dict[str, Any]:
     rows = slice(None) if each_step else slice(-1, None)
     # Numbers of steps and x0 are counted from the slip before.
@@ -250,7 +183,7 @@ def _steps(
         "x0": since,
         # As commands and notebooks report them; the state has them to rounding.
         **dict(zip(LOADS, scan.reactions.T, strict=True)),
-        **frequency_values(_frequencies(rod, state, frequencies)),
+        **frequency_values(_frequencies(point, state, frequencies)),
     }
     if not shapes:
         return columns
@@ -264,13 +197,13 @@ def _steps(
     }
 
 
-def _frequencies(rod: Mapping[str, Any], states: StickingState, count: int) -> FloatArray:
+def _frequencies(point: Mapping[str, Any], states: StickingState, count: int) -> FloatArray:
     """Compute natural frequencies in all states of a scan, shape (n, count)."""
     if not count:
         return np.empty((len(states), 0))
-    mounting = Mounting(**{axis: rod[axis] for axis in MOUNTING_AXES})
+    mounting = Mounting(**{axis: point[axis] for axis in MOUNTING_AXES})
     line = states.s_c < 1.0
-    return state_frequencies(rod["theta"], mounting, states, line, count, TipMotion.STICKS)
+    return state_frequencies(point["theta"], mounting, states, line, count, TipMotion.STICKS)
 
 
 def _periods(scan: Scan) -> dict[str, Any]:

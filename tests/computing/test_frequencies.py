@@ -5,13 +5,13 @@ import pytest
 
 import made_tables
 from vibrissa import solve_curve, solve_state, stick_slip
+from vibrissa.computing.points import points_table
+from vibrissa.computing.scans import scan_tables
+from vibrissa.computing.states import states_table
 from vibrissa.errors import StudyError
 from vibrissa.study.axes import FREQUENCIES
 from vibrissa.study.chunks import number_of_points
 from vibrissa.study.reading import read_study
-from vibrissa.tables import records
-from vibrissa.tables.points import points_table
-from vibrissa.tables.scans import scan_tables
 
 AXES = made_tables.grid(theta=(1.0, 2.0), mu0=(0.2, 0.4, 0.5), dx0=(0.001, 0.005))
 CURVES = [solve_curve(theta, 0.85) for theta in (1.0, 2.0)]
@@ -49,7 +49,7 @@ def test_scans_and_states_have_the_frequencies_of_their_states():
     expected = curve.frequencies(made["x0"].to_numpy(), 2)
     assert made[[*FREQUENCIES]].to_numpy() == pytest.approx(expected, rel=1e-9)
     state = solve_state(2.0, 0.85, 0.38)
-    (row,) = records.states_table({"one": state}, "a", 2).to_pylist()
+    (row,) = states_table({"one": state}, "a", 2).to_pylist()
     assert [row[name] for name in FREQUENCIES] == pytest.approx(state.frequencies(2))
 
 

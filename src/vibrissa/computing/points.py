@@ -8,6 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from vibrissa.computing.columns import frequency_values, state_values
+from vibrissa.computing.rods import rods_of, solve
 from vibrissa.decimals import exact
 from vibrissa.errors import StudyError
 from vibrissa.numerics.arrays import FloatArray, IntArray
@@ -19,8 +21,7 @@ from vibrissa.sticking.vibration import state_frequencies
 from vibrissa.study.axes import Value, Values
 from vibrissa.study.chunks import columns_at, columns_of, number_of_points
 from vibrissa.study.points import read_points
-from vibrissa.tables.records import array, frequency_values, state_values, table_of
-from vibrissa.tables.rods import rods_of, solve
+from vibrissa.tables.rows import array, table_of
 from vibrissa.tables.schemas import NUMBER, STICTION, TEXT
 
 

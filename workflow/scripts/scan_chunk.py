@@ -1,8 +1,8 @@
 """Compute the scans of one chunk: a table of their steps, and one of their periods."""
 
+from vibrissa.computing.scans import computed_scans
 from vibrissa.pipeline import jobs
 from vibrissa.tables import schemas, store
-from vibrissa.tables.scans import computed_scans
 
 # The periods of a chunk are few, so that they are kept until all steps are written.
 periods = []

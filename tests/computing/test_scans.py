@@ -8,11 +8,12 @@ from typer.testing import CliRunner
 import made_tables
 from vibrissa import Mounting, sensor, solve_curve, stick_slip
 from vibrissa.cli.app import app
+from vibrissa.computing.scans import ScanTables, computed_scans
+from vibrissa.computing.surfaces import surface_of, texture_of
 from vibrissa.outcomes import Contact
 from vibrissa.quantities import series
 from vibrissa.scanning import surfaces, textures
 from vibrissa.sensor import Whisker
-from vibrissa.tables.scans import ScanTables, computed_scans, surface_of, texture_of
 
 ROD = {"theta": (2.0,), "eta": (0.85,), "dx0": (0.001,), **made_tables.IDEAL}
 PLANE = {"surface": "plane", "mu0": 0.3}
