@@ -15,7 +15,7 @@ import reference
 
 OFFSETS, HEIGHTS = 26, 5
 # Distance of the points of the surface at which the forces are computed in a slip, and its reach.
-FINE, FAR = 4e-6, 0.09
+FINE, FAR = 2e-5, 0.09
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import json
 import math
-import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -265,25 +265,37 @@ def test_a_layout_that_says_nothing_is_refused(blessed, tmp_path):
         condensed(blessed[1])
 
 
-def check(folder, *arguments, **environment):
-    command = [sys.executable, str(ROOT / "workflow/check.py"), "--configfile", "a.yaml"]
-    known = {"cwd": folder, "env": os.environ | environment}
-    result = subprocess.run([*command, *arguments], capture_output=True, text=True, **known)
-    return result.returncode, result.stdout + result.stderr
+@pytest.fixture
+def check(tmp_path, monkeypatch, capsys):
+    """The command in the folder of a study: its exit status, and what stands on the screen."""
+    monkeypatch.chdir(tmp_path)
+    main = runpy.run_path(str(ROOT / "workflow/check.py"))["main"]
+
+    def check(*arguments):
+        status = main(["--configfile", "a.yaml", *arguments])
+        screen = capsys.readouterr()
+        return status, screen.out + screen.err
+
+    return check
 
 
 @pytest.mark.slow
-def test_the_command_tells_a_person_and_ci(tmp_path, stiction):
+def test_the_command_tells_a_person_and_ci(tmp_path, stiction, check, monkeypatch):
     (tmp_path / "a.yaml").write_text(STUDY)
     with_results(tmp_path, "a", stiction)
     known = ("--results", "results/a", "--reference", "my reference")
-    assert check(tmp_path, *known)[1].startswith("error: my reference has no reference tables; w")
+    command = [sys.executable, ROOT / "workflow/check.py", "--configfile", "a.yaml", *known]
+    refused = subprocess.run(command, capture_output=True, text=True)
+    assert refused.returncode == 2
+    assert refused.stderr.startswith("error: my reference has no reference tables; w")
     written = "my reference is written: review it with git diff\n"
-    assert check(tmp_path, *known, "--bless") == (0, written)
+    assert check(*known, "--bless") == (0, written)
     with_results(tmp_path, "a", changed(stiction, "n_steps", 1, 7))
     summary = tmp_path / "summary.md"
-    github = {"GITHUB_STEP_SUMMARY": str(summary), "GITHUB_ACTIONS": "true"}
-    status, screen = check(tmp_path, *known, "--output", "out", **github)
+    with monkeypatch.context() as github:
+        github.setenv("GITHUB_STEP_SUMMARY", str(summary))
+        github.setenv("GITHUB_ACTIONS", "true")
+        status, screen = check(*known, "--output", "out")
     assert status == 1
     assert screen.splitlines()[-1].startswith("CHANGED: 1 difference between results/a and my ref")
     assert "::error file=my reference/stiction.csv::stiction.n_steps: 1 of 4 rows" in screen
@@ -293,15 +305,15 @@ def test_the_command_tells_a_person_and_ci(tmp_path, stiction):
     assert not content["passed"] and content["differences"][0]["column"] == "n_steps"
     # The tables that `make bless` would write can take the place of the others.
     again = ("--results", "results/a", "--reference", "out/reference")
-    assert check(tmp_path, *again)[0] == 0
+    assert check(*again)[0] == 0
     # Tables that this study file did not make, or not yet, and a mistake in it, are refused before.
-    status, screen = check(tmp_path)
+    status, screen = check()
     assert status == 2 and "stiction.parquet was made from another study file" in screen
     (tmp_path / "results/a/tables/stiction.parquet").unlink()
     missing = "has no file tables/stiction.parquet; run make study STUDY=a.yaml first\n"
-    assert check(tmp_path)[1].endswith(missing)
+    assert check()[1].endswith(missing)
     (tmp_path / "a.yaml").write_text(STUDY.replace("[2]", "[0]"))
-    status, screen = check(tmp_path)
+    status, screen = check()
     assert status == 2 and screen.startswith("error: a.yaml:2: grids.g.theta[0]: 0 is not allowed")
 
 
