@@ -48,7 +48,8 @@ WIDE, ROOM, FEW = 0.3, 0.03, 4
 # Width of a narrow range, as a part of the gap, and number of heights in it: loads that are
 # interpolated in it have errors below 1e-5 of their size, which neighbouring set-ups share.
 NARROW, FEWEST = 0.1, 3
-# Number of set-ups whose responses are kept, a few megabytes each.
+# Number of stated set-ups, and of their changes by single parameters, whose responses are kept for
+# other recordings, a few megabytes each.
 KEPT = 8
 
 
@@ -85,13 +86,17 @@ def scale_of(size: Mapping[str, float]) -> float:
     return (1.0 + size["stage_scale"]) / (1.0 + size["length"])
 
 
-def forward_models(task: Task, given: Whisker, *sets: FloatArray) -> list["ForwardModel"]:
+def forward_models(
+    task: Task, given: Whisker, *sets: FloatArray, keep: bool = False
+) -> list["ForwardModel"]:
     """Solve the rods of several set-ups together, at the heights that the stage passes.
 
     Parameters
     ----------
     *sets : ndarray, shape (k,)
         Deviations p of each set-up from the given one.
+    keep : bool
+        Whether to keep the responses for other recordings of the same stated set-up.
 
     Raises
     ------
@@ -110,7 +115,7 @@ def forward_models(task: Task, given: Whisker, *sets: FloatArray) -> list["Forwa
         for rod, heights in zip(rods, nodes, strict=True)
         for eta in heights.ravel().tolist()
     ]
-    solved = iter(_kept_responses(tuple(levels)))
+    solved = iter(kept_responses(*levels) if keep else responses(levels, partly=True))
     parts = [[_part(part, [next(solved) for _ in part]) for part in heights] for heights in nodes]
     return [
         ForwardModel(task=task, given=given, p=p, heights=HeightRange(parts=tuple(some)))
@@ -119,8 +124,8 @@ def forward_models(task: Task, given: Whisker, *sets: FloatArray) -> list["Forwa
 
 
 @lru_cache(KEPT)
-def _kept_responses(rods: tuple[Whisker, ...]) -> list[Response]:
-    """Solve the responses of rods; keep the last ones for other recordings of the same set-up."""
+def kept_responses(*rods: Whisker) -> list[Response]:
+    """Solve the responses of rods, and keep the last ones."""
     return responses(rods, partly=True)
 
 
@@ -256,9 +261,9 @@ class ForwardModel:
         step = np.array([one.step for one in parameters])
         sets = self.p + np.diag(step)
         of_rod = [self.task.number[name] for name in OF_ROD]
-        solved = dict(
-            zip(of_rod, forward_models(self.task, self.given, *sets[of_rod]), strict=True)
-        )
+        stated = not self.p.any()
+        models = forward_models(self.task, self.given, *sets[of_rod], keep=stated)
+        solved = dict(zip(of_rod, models, strict=True))
         for k, one in enumerate(parameters):
             if one.effect is not None:
                 readings[k] = one.effect(loads, *self.task.rows)
