@@ -47,7 +47,7 @@ def _caches(tmp_path_factory):
 def _no_kept_curves():
     """No test gets a curve that another one has solved."""
     api._kept_curve.cache_clear()
-    forward._kept_responses.cache_clear()
+    forward.kept_responses.cache_clear()
 
 
 @pytest.fixture(scope="session")

@@ -42,6 +42,19 @@ def test_newton_leads_out_of_no_bracket():
     assert root == pytest.approx([0.9, 0.9], abs=1e-14)
 
 
+def test_rounding_beside_a_narrow_bracket_takes_no_further_steps():
+    # 1 + 1e-4·(x − r) − 1 is off by 1e-16: the root by 1e-12, where the bracket is 3e-5 wide.
+    r, calls = 0.99984879, []
+
+    def excess(x):
+        calls.append(x)
+        return (1.0 + 1e-4 * (x - r) + (x - r) ** 2) - 1.0, 1e-4 + 2.0 * (x - r)
+
+    root = bracketed_root(excess, np.array([r - 1e-5]), np.array([r + 2e-5]))
+    assert root == pytest.approx([r], abs=3e-12)
+    assert len(calls) < 9
+
+
 def bernstein(*pieces):
     """Piecewise polynomial on [0, 1], [1, 2] ... from its Bernstein coefficients."""
     return BPoly(np.array(pieces, dtype=float).T, np.arange(len(pieces) + 1.0))

@@ -13,6 +13,8 @@ from matplotlib import image
 from validation.browser import CHROMIUM, chromium
 from vibrissa import paper as papers
 from vibrissa.explorer.page import MOUNTED, PAPER
+from vibrissa.figures import style
+from vibrissa.figures.draw import KINDS
 from vibrissa.paper import claims, ledger
 from vibrissa.paper.evidence import gather
 from vibrissa.paper.reproduction import reproduced
@@ -273,6 +275,45 @@ def test_of_points_that_are_no_product_the_first_are_shown(study_tables):
 def test_a_study_without_grids_has_its_results(study_tables):
     scans = {name: study_tables[name] for name in ("scans", "periods")}
     assert facts.results(scans) == facts.results(study_tables)[-1:] != []
+
+
+def readings():
+    """Friction read at two tapers: four recordings with an estimate each, and one without."""
+    row = dict.fromkeys(schemas.FRICTION.names) | {"eta": 0.85, "dx0": 0.001, "mu0": 0.3}
+    row |= {"readings": "tapers", "surface": "plane", "law": "free", "read_by": "model"}
+    row |= {"transducer": "nano", "limit_name": [], "limit_share": [], "way": 0.05}
+    row |= {"modulus": 2e11, "diameter": 1e-3, "length": 0.16, "periods_used": 5}
+    row |= {"mu0_true": 0.3, "mu0_deviation": 0.01, "mu0_random": 0.006, "mu0_common": 0.008}
+    row |= {"period_error": 0.02, "period_deviation": 0.02, "predicted": 0.02, "status": "read"}
+    errors = (-0.01, 0.01, -0.01, 0.03)
+    rows = [
+        row
+        | {"theta": theta, "recording": number, "mu0_read": 0.3 + error}
+        | {"inside": abs(error) < 0.0196, "grade": "doubtful" if number == 4 else None}
+        for theta in (1.0, 2.0)
+        for number, error in enumerate(errors, 1)
+    ]
+    lost = {"theta": 1.0, "recording": 5, "status": "yielded", "mu0_read": None, "inside": None}
+    return pa.Table.from_pylist([*rows, row | lost], schema=schemas.FRICTION)
+
+
+def test_a_study_of_the_sensor_has_its_figure_its_accuracy_and_its_readings(whole):
+    table, file = readings(), io.BytesIO()
+    with style.applied():
+        figure = KINDS["accuracy"].plot(table.to_pandas(), over="theta", by="eta")
+        figure.savefig(file, format="png")
+    picture = Picture(key="errors", caption="Errors over theta.", png=file.getvalue())
+    text = page(about(), {"friction": table, "claims": whole["claims"]}, [picture])
+    found = Elements(text)
+    told = " ".join(found.text.split())
+    # By hand: rms √(3·0.01² + 0.03²)/2 at each taper, and three of four intervals hold the truth.
+    assert "tapers, by model: 9 recordings, 11% without an estimate, 22% in doubt" in told
+    assert "0.017 (rms), stated 0.01, bias +0.005" in told
+    assert "75.0% ± 7.7% of the 95 % intervals hold the truth" in told
+    assert "Friction read from recordings" in told and "Errors over θ" in told
+    assert "errors" in found.values("figure", "id")
+    statements = [one for one in found.values("article", "id") if one.startswith("statement-")]
+    assert len(statements) == len(whole["claims"])
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,7 @@ the rod.
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -92,11 +91,6 @@ class Clearance(Batch):
         """Smallest of the clearances, shape (n,)."""
         return np.minimum.reduce([*self.columns.values()])
 
-    def only(self, names: Collection[str]) -> Self:
-        """Return these clearances, with all others infinite."""
-        others = [name for name in self.names() if name not in names]
-        return replace(self, **{name: np.full_like(self.start, np.inf) for name in others})
-
     def reasons(self, row: int) -> str:
         """State why the shape in a row is inadmissible; empty if it is admissible."""
         limits = {
@@ -109,48 +103,55 @@ class Clearance(Batch):
 
 # Clearances that must not be negative in the two models of contact: where only the tip may touch
 # the surface, the rest of the rod may pass through it.
-LIMITS = {
-    Contact.POINT: ("start", "clamp", "itself"),
-    Contact.LINE: ("start", "clamp", "surface", "itself"),
-}
+ALL = ("start", "clamp", "surface", "itself")
+LIMITS = {Contact.POINT: ("start", "clamp", "itself"), Contact.LINE: ALL}
 
 
-def clearances(states: RodStates, eta: FloatArray) -> Clearance:
+def clearances(states: RodStates, eta: FloatArray, wanted: Collection[str] = ALL) -> Clearance:
     """Measure how far rods are from their clamps, from their surfaces and from themselves.
 
     Parameters
     ----------
     eta : ndarray, shape (n,)
         Height of each rod's surface above its clamp (L).
+    wanted : collection of str
+        Names of the clearances that are needed; all others are infinite.
     """
-    surface, clamp, itself = np.full((3, len(states)), np.inf)
+    start, surface, clamp, itself = np.full((4, len(states)), np.inf)
     at_clamp = (
         states.natural_slope(np.zeros(1))[:, 0] + states.clamp_compliance * ends(states).moment
     )
     high = np.maximum(states.phi.max(axis=1), at_clamp)
     low = np.minimum(states.phi.min(axis=1), at_clamp)
     curved, curls = states.curvature.shape[1] > 0, np.zeros(len(states), dtype=bool)
+    if "start" in wanted:
+        start = np.sin(at_clamp)
     if curved:
         _, up, turn = _tail(states)
         lowest = np.minimum(low, turn.min(axis=1))
         curls = states.line & (np.maximum(high, turn.max(axis=1)) - lowest > HALF_TURN)
         # The tail is above the surface where it rises, or begins to rise.
         rises = np.maximum(up.max(axis=1), polynomial(states.curvature, states.s_c[:, None])[:, 0])
-        surface = np.where(states.line & (rises > 0.0), -rises, np.inf)
-        clamp = np.where(states.line, eta + up.min(axis=1), np.inf)
+        if "surface" in wanted:
+            surface = np.where(states.line & (rises > 0.0), -rises, np.inf)
+        if "clamp" in wanted:
+            clamp = np.where(states.line, eta + up.min(axis=1), np.inf)
     # Where the slope stays between 0 and π, the rod rises all the way: all clearances are large.
     near = np.flatnonzero((high > np.pi - NEAR) | (low < NEARLY_LEVEL * curved) | curls)
     if len(near):
         some = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
         shapes = _Shapes.of(some, with_tail=bool(curls.any()))
-        # A rod whose tip passes through the surface has no arch.
-        touches = some.line | (ends(some).phi1 >= -LEVEL_SLOPE)
         known = shapes.at(shapes.places[None])
-        arch = np.where(touches, eta[near] - shapes.extreme(known, lowest=False), np.inf)
-        clamp[near] = np.minimum(clamp[near], shapes.extreme(known, lowest=True))
-        surface[near] = np.minimum(surface[near], arch)
-        itself[near] = shapes.gaps()
-    return Clearance(start=np.sin(at_clamp), clamp=clamp, surface=surface, itself=itself)
+        if "clamp" in wanted:
+            clamp[near] = np.minimum(clamp[near], shapes.extreme(known, lowest=True))
+        if "surface" in wanted:
+            # A rod whose tip passes through the surface has no arch.
+            touches = some.line | (ends(some).phi1 >= -LEVEL_SLOPE)
+            arch = np.where(touches, eta[near] - shapes.extreme(known, lowest=False), np.inf)
+            surface[near] = np.minimum(surface[near], arch)
+        if "itself" in wanted:
+            itself[near] = shapes.gaps()
+    return Clearance(start=start, clamp=clamp, surface=surface, itself=itself)
 
 
 def _tail(states: RodStates) -> Tail:

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 NEWTON_STEPS, MOST_STEPS = 12, 70
 # Newton step, relative to the bracket, that ends the iteration: its square is below rounding error.
 NEWTON_TOLERANCE = 1e-9
+# Newton step, relative to the bracket, that ends the iteration if it is more than half as long as
+# the step before: then it is rounding error, which may be large beside a narrow bracket.
+ROUNDED = 1e-6
 # Imaginary part below which a root of a polynomial on [0, 1] is taken as real, because rounding
 # splits a double root into a complex pair.
 REAL = 1e-7
@@ -44,7 +47,7 @@ def bracketed_root(
     """
     root, width = 0.5 * (low + high) if guess is None else guess.copy(), high - low
     below, above, begins = low.copy(), high.copy(), np.empty_like(low)
-    lost = np.ones(root.shape, dtype=bool)
+    lost, before = np.ones(root.shape, dtype=bool), np.full(root.shape, np.inf)
     for step_number in range(MOST_STEPS):
         # A root that was found does not change any more, so that it is independent of the others.
         at = root[lost]
@@ -52,15 +55,19 @@ def bracketed_root(
         value, slope = function(at, *some)
         with np.errstate(divide="ignore", invalid="ignore"):
             step = value / slope
-        found = np.abs(step) < NEWTON_TOLERANCE * width[lost]
+        length = np.abs(step)
+        found = length < NEWTON_TOLERANCE * width[lost]
+        if step_number < NEWTON_STEPS:
+            found |= (length < ROUNDED * width[lost]) & (length > 0.5 * before[lost])
+            before[lost] = length
         # Where Newton's iteration has not converged, the bracket is halved.
         if step_number >= NEWTON_STEPS:
             if step_number == NEWTON_STEPS:
                 begins[lost] = np.sign(function(low[lost], *some)[0])
-            before = np.sign(value) == begins[lost]
+            short = np.sign(value) == begins[lost]
             below[lost], above[lost] = (
-                np.where(before, at, below[lost]),
-                np.where(before, above[lost], at),
+                np.where(short, at, below[lost]),
+                np.where(short, above[lost], at),
             )
             halves = ~found
         else:

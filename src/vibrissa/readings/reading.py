@@ -20,7 +20,7 @@ from vibrissa.scanning.simulation import Scan
 from vibrissa.scanning.slip import SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.deviations import Deviations, Prior, Recorded, recorded
-from vibrissa.sensor.identification.identify import identify
+from vibrissa.sensor.identification.identify import identify_by
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.propagation import HALF_WIDTH
 from vibrissa.sensor.identification.result import Identification
@@ -116,8 +116,8 @@ class Bench:
 def generator_of(point: Mapping[str, Any], seed: int, recording: int) -> np.random.Generator:
     """Return the random numbers of a recording.
 
-    They depend on the seed, on the values of the point and on the number of the recording alone:
-    not on the chunk in which it is computed, nor on other points.
+    They depend on the seed, on the values of the point that are not 0, and on the number of the
+    recording alone: not on the chunk in which it is computed, nor on other points.
     """
     words = int(digest_of_point(point), 16)
     return np.random.default_rng(np.random.SeedSequence([seed, words, recording]))
@@ -246,7 +246,8 @@ def read_once(
         message = scan.message or LOCKED
         return [replace(same, status=ReadingStatus.LOCK, message=message) for _ in methods]
     frame = table_of_readings(bench, found)
-    return [_read(bench, frame, scan, method, same) for method in methods]
+    by_method = identify_by(bench.setup, frame, methods)
+    return [_compared(identified, scan, same) for identified in by_method]
 
 
 def table_of_readings(bench: Bench, found: Recorded) -> pd.DataFrame:
@@ -264,13 +265,11 @@ def _slipping(scan: Scan) -> FloatArray:
     return np.asarray(scan.mu0[begins])
 
 
-def _read(bench: Bench, frame: pd.DataFrame, scan: Scan, method: Method, same: Reading) -> Reading:
-    """Identify the friction of a recording, and compare it with the truth."""
-    try:
-        found = identify(bench.setup, frame, method=method)
-    except VibrissaError as error:
+def _compared(found: Identification | VibrissaError, scan: Scan, same: Reading) -> Reading:
+    """Compare the friction that was identified with the truth."""
+    if isinstance(found, VibrissaError):
         status = ReadingStatus.SATURATED if same.saturated else ReadingStatus.REFUSED
-        return replace(same, status=status, message=str(error))
+        return replace(same, status=status, message=str(found))
     periods, summary, used = found.periods, found.summary(), used_in_mean(found.periods)
     slips = int((periods.status == PeriodStatus.SLIP).sum())
     same = replace(same, periods_read=slips, periods_used=summary.used)

@@ -67,8 +67,7 @@ class Transducer(Card):
             Readings in SI units with noise, clipped to the limits and rounded to the resolution.
         """
         limit, step = np.array(self.limit), np.array(self.resolution)
-        # Half of the draws is not used, so that a seed gives the readings of earlier versions.
-        reading = reactions + generator.standard_normal((2, *reactions.shape))[1] * self.noise
+        reading = reactions + generator.standard_normal(reactions.shape) * self.noise
         reading = np.clip(reading, -limit, limit)
         counts = np.round(reading / np.where(step > 0.0, step, 1.0))
         return np.where(step > 0.0, counts * step, reading)

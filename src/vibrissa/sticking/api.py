@@ -84,7 +84,7 @@ class EquilibriumState(ContactState):
         """Whether the shape passes through the surface in point contact: φ1 < 0, or an arch."""
         if self._solution is None or self.contact != Contact.POINT:
             return False
-        clearance = clearances(self._solution, np.array([self.eta]))
+        clearance = clearances(self._solution, np.array([self.eta]), ("surface",))
         return bool(self.phi1 < 0.0 or clearance.surface[0] < -TOLERANCE)
 
     def frequencies(self, count: int = 2, tip: str = TipMotion.STICKS) -> FloatArray:

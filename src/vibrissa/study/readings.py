@@ -216,8 +216,13 @@ class ReadingChunk:
 
 
 def digest_of_point(point: Mapping[str, Any]) -> str:
-    """Compute a digest of the values of a point; the order of its keys does not count."""
-    lines = [f"{key}: {value!r}\n" for key, value in sorted(same_anywhere(point).items())]
+    """Compute a digest of the values of a point; the order of its keys does not count.
+
+    Values of 0 do not count either: an axis that a later version adds has this default, and does
+    not change the digests of the points without it.
+    """
+    values = sorted(same_anywhere(point).items())
+    lines = [f"{key}: {value!r}\n" for key, value in values if value != 0.0]
     return sha256("".join(lines).encode()).hexdigest()
 
 

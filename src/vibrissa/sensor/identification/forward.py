@@ -48,7 +48,8 @@ WIDE, ROOM, FEW = 0.3, 0.03, 4
 # Width of a narrow range, as a part of the gap, and number of heights in it: loads that are
 # interpolated in it have errors below 1e-5 of their size, which neighbouring set-ups share.
 NARROW, FEWEST = 0.1, 3
-# Number of set-ups whose responses are kept, a few megabytes each.
+# Number of stated set-ups, and of their changes by single parameters, whose responses are kept for
+# other recordings, a few megabytes each.
 KEPT = 8
 
 
@@ -67,13 +68,17 @@ class Changes(NamedTuple):
     friction: FloatArray
 
 
-def forward_models(task: Task, given: Whisker, *sets: FloatArray) -> list["ForwardModel"]:
+def forward_models(
+    task: Task, given: Whisker, *sets: FloatArray, keep: bool = False
+) -> list["ForwardModel"]:
     """Solve the rods of several set-ups together, at the heights that the stage passes.
 
     Parameters
     ----------
     *sets : ndarray, shape (k,)
         Deviations p of each set-up from the given one.
+    keep : bool
+        Whether to keep the responses for other recordings of the same stated set-up.
 
     Raises
     ------
@@ -92,7 +97,7 @@ def forward_models(task: Task, given: Whisker, *sets: FloatArray) -> list["Forwa
         for rod, heights in zip(rods, nodes, strict=True)
         for eta in heights.ravel().tolist()
     ]
-    solved = iter(_kept_responses(tuple(levels)))
+    solved = iter(kept_responses(*levels) if keep else responses(levels, partly=True))
     parts = [[_part(part, [next(solved) for _ in part]) for part in heights] for heights in nodes]
     return [
         ForwardModel(task=task, given=given, p=p, heights=HeightRange(parts=tuple(some)))
@@ -101,8 +106,8 @@ def forward_models(task: Task, given: Whisker, *sets: FloatArray) -> list["Forwa
 
 
 @lru_cache(KEPT)
-def _kept_responses(rods: tuple[Whisker, ...]) -> list[Response]:
-    """Solve the responses of rods; keep the last ones for other recordings of the same set-up."""
+def kept_responses(*rods: Whisker) -> list[Response]:
+    """Solve the responses of rods, and keep the last ones."""
     return responses(rods, partly=True)
 
 
@@ -237,7 +242,8 @@ class ForwardModel:
         frictions = np.zeros((len(parameters), len(u)))
         steps = {one.name: one.step for one in parameters}
         sets = dict(zip(steps, self.p + np.diag([*steps.values()]), strict=True))
-        solved = forward_models(self.task, self.given, *(sets[name] for name in OF_ROD))
+        of_rod = [sets[name] for name in OF_ROD]
+        solved = forward_models(self.task, self.given, *of_rod, keep=not self.p.any())
         near = {
             one.name: replace(self, p=sets[one.name]) for one in parameters if one.effect is None
         } | dict(zip(OF_ROD, solved, strict=True))

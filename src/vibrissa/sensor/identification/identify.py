@@ -1,9 +1,10 @@
 """Identification of friction with a whisker, in the units of its rod."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from vibrissa.errors import (
     MixedColumnsError,
     NoResponseError,
     RecordingError,
+    VibrissaError,
     WrongRodError,
 )
 from vibrissa.outcomes import Method, chosen
@@ -98,6 +100,64 @@ def identify(
     NoResponseError
         If the response of the whisker is not found.
     """
+    problem = _problem(setup, recording, method, slip_time, delay)
+    task, whisker = problem.task, problem.whisker
+    if profile and whisker is None:
+        raise ArgumentError(
+            "the profile needs the rod: give theta and eta, and its size in SI units"
+        )
+    located = profile_of(task, whisker) if profile and whisker is not None else None
+    found = _answer(problem, None if whisker is None else _by_both(task, whisker))
+    return replace(found, profile=located)
+
+
+def identify_by(
+    setup: Setup, recording: "DataFrame", methods: Sequence[Method]
+) -> list[Identification | VibrissaError]:
+    """Identify the friction in a recording by several methods.
+
+    Each result is that of `identify`, or the error that it raises. As `identify` compares both
+    methods, whichever gives the friction, they are computed once for all.
+    """
+    found: list[Identification | VibrissaError] = []
+    known: list[tuple[Task, _ByBoth]] = []
+    for method in methods:
+        try:
+            problem = _problem(setup, recording, method, None, None)
+            both = next((one for task, one in known if _alike(task, problem.task)), None)
+            if both is None and problem.whisker is not None:
+                both = _by_both(problem.task, problem.whisker)
+                known.append((problem.task, both))
+            found.append(_answer(problem, both))
+        except VibrissaError as error:
+            found.append(error)
+    return found
+
+
+class _Problem(NamedTuple):
+    """A recording as a method reads it, the rod that it is compared with, and the set-up."""
+
+    method: Method
+    task: Task
+    whisker: Whisker | None
+    setup: Setup
+
+
+class _ByBoth(NamedTuple):
+    """Friction by each method, or the error that says why there is none."""
+
+    model: Identification | NoResponseError | RecordingError
+    ratio: Identification | RecordingError
+
+
+def _problem(
+    setup: Setup,
+    recording: "Recording | Path | str | DataFrame",
+    method: Method | str | None,
+    slip_time: str | None,
+    delay: str | None,
+) -> _Problem:
+    """Read the recording; see `identify` for arguments and errors."""
     whisker = setup.whisker if setup.has_whisker else None
     method = chosen(Method, method or (Method.MODEL if whisker else Method.RATIO), "method")
     if method is Method.MODEL and whisker is None:
@@ -127,20 +187,26 @@ def identify(
     if whisker is not None and whisker.units != units:
         whisker = None
     task = task_of(given, setup, whisker, sensor, units)
-    if profile and whisker is None:
-        raise ArgumentError(
-            "the profile needs the rod: give theta and eta, and its size in SI units"
-        )
-    located = profile_of(task, whisker) if profile and whisker is not None else None
-    if whisker is None:
-        found = _read(task).noted(UNCHECKED)
+    return _Problem(method=method, task=task, whisker=whisker, setup=setup)
+
+
+def _alike(one: Task, other: Task) -> bool:
+    """Whether two methods use the same rows and channels of a recording."""
+    same = one.used == other.used and one.recording.notes == other.recording.notes
+    return same and np.array_equal(one.recording.line, other.recording.line)
+
+
+def _answer(problem: _Problem, both: _ByBoth | None) -> Identification:
+    """Return the friction by the method of the problem; `both` is None without a rod."""
+    task, whisker = problem.task, problem.whisker
+    if whisker is None or both is None:
+        found = _by_ratio_alone(read_ratio(task), task).noted(UNCHECKED)
     else:
-        found = _read_both(task, whisker, method)
-        rings = _too_fast(found.periods, given.interval, whisker, setup.in_si("density"))
-        found = found.noted(*rings)
+        found = _chosen(both, task, problem.method)
+        density = problem.setup.in_si("density")
+        found = found.noted(*_too_fast(found.periods, task.recording.interval, whisker, density))
     # The slope of the surface changes the friction by both methods alike.
-    found = replace(found, periods=found.periods.on_slope(found.slope))
-    return replace(found, profile=located)
+    return replace(found, periods=found.periods.on_slope(found.slope))
 
 
 def _too_fast(
@@ -163,14 +229,22 @@ def _too_fast(
     ]
 
 
-def _read(task: Task) -> Identification:
-    """Estimate friction by the ratio of the forces; doubt it if the zeros are not known."""
+def _by_ratio_alone(ratio: Identification, task: Task) -> Identification:
+    """Doubt the friction by the ratio of the forces alone, if the zeros are not known."""
     everywhere = np.full(len(task.spans), task.untared)
-    return read_ratio(task).doubted(Check(Grade.DOUBTFUL, everywhere, UNTARED))
+    return ratio.doubted(Check(Grade.DOUBTFUL, everywhere, UNTARED))
 
 
-def _read_both(task: Task, whisker: Whisker, method: Method) -> Identification:
-    """Estimate friction by one method, and compare it with the other method if that succeeds."""
+def _by_both(task: Task, whisker: Whisker) -> _ByBoth:
+    """Estimate friction by each of the methods.
+
+    Raises
+    ------
+    MixedColumnsError
+        If columns seem to be mixed up, compared with the rod.
+    """
+    model: Identification | NoResponseError | RecordingError
+    ratio: Identification | RecordingError
     try:
         table = table_of_states(task, whisker)
         check_columns(task, table)
@@ -178,18 +252,30 @@ def _read_both(task: Task, whisker: Whisker, method: Method) -> Identification:
     except MixedColumnsError:
         raise
     except (NoResponseError, RecordingError) as error:
-        if method is Method.MODEL:
-            alone = task.both_forces and isinstance(error, NoResponseError | WrongRodError)
-            more = "; or use --method ratio, which needs no rod" if alone else ""
-            raise type(error)(f"{error}{more}") from error
-        why = f"the forces are no loads of this rod, or cannot be compared with it: {error}"
-        return _in_doubt(_read(task), why)
+        model = error
     try:
         ratio = read_ratio(task)
     except RecordingError as error:
+        ratio = error
+    return _ByBoth(model=model, ratio=ratio)
+
+
+def _chosen(both: _ByBoth, task: Task, method: Method) -> Identification:
+    """Return the friction by one method, compared with the other method if that succeeded."""
+    model, ratio = both
+    if isinstance(model, VibrissaError):
+        if method is Method.MODEL:
+            alone = task.both_forces and isinstance(model, NoResponseError | WrongRodError)
+            more = "; or use --method ratio, which needs no rod" if alone else ""
+            raise type(model)(f"{model}{more}") from model
+        if isinstance(ratio, RecordingError):
+            raise ratio
+        why = f"the forces are no loads of this rod, or cannot be compared with it: {model}"
+        return _in_doubt(_by_ratio_alone(ratio, task), why)
+    if isinstance(ratio, RecordingError):
         if method is Method.RATIO:
-            raise
-        why = f"the model of the rod is not compared with the ratio of the forces: {error}"
+            raise ratio
+        why = f"the model of the rod is not compared with the ratio of the forces: {ratio}"
         return _in_doubt(model, why) if task.both_forces else model.noted(why)
     compared = beside(model, ratio)
     found = model if method is Method.MODEL else ratio

@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 from vibrissa.errors import MixedColumnsError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.heights import check_range
+from vibrissa.sensor.identification.forward import kept_responses
 from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
@@ -98,7 +99,7 @@ def table_of_states(task: Task, whisker: Whisker) -> StateTable:
     heights = whisker.height(task.recording.clamp)
     low, high = float(heights.min()), float(heights.max())
     check_range(whisker, low, high)
-    branch = whisker.level(0.5 * (low + high)).response
+    (branch,) = kept_responses(whisker.level(0.5 * (low + high)))
     x0 = np.linspace(branch.x0_pull, branch.x0_end, TABLE)
     loads = branch(x0)
     if len(task.used) == 1:

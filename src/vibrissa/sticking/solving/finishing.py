@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from vibrissa.mechanics.admissibility import LIMITS, TOLERANCE, Clearance, clearances
+from vibrissa.mechanics.admissibility import ALL, LIMITS, TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.mounting import CURVATURE
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
@@ -208,12 +208,12 @@ def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
     return found
 
 
-def _looked_at(found: Resolved, at: FloatArray) -> Clearance:
+def _looked_at(found: Resolved, at: FloatArray, wanted: Collection[str] = ALL) -> Clearance:
     """Clearances of the shapes at fractions `at` of each part; shape (parts, len(at))."""
     closing, offset = found.path.parts.closing, found.loads[:, :, 0]
     offset = offset @ interpolation(found.path.count, at).T
     height = closing.height[:, None] + closing.tilt[:, None] * offset
-    clearance = clearances(found.path.at(at).states, height.ravel())
+    clearance = clearances(found.path.at(at).states, height.ravel(), wanted)
     return clearance.each(lambda values: values.reshape(height.shape))
 
 
@@ -224,7 +224,7 @@ def _limit(found: Resolved, at: FloatArray, names: Collection[str]) -> tuple[flo
     """
 
     def look(at: FloatArray) -> Clearance:
-        return _looked_at(found, at).only(names).each(np.ravel)
+        return _looked_at(found, at, names).each(np.ravel)
 
     while True:
         looked, known = look(at), len(at)

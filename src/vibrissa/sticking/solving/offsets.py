@@ -87,7 +87,7 @@ def _solved(
     closing = ClosingCondition.prescribing(begun.branches.eta, {OFFSET: 1.0}, offset)
     for _, state, residual in resolved_states(guess, closing):
         if len(state):
-            if how := clearances(state, closing.height).only(LIMITS[model]).reasons(0):
+            if how := clearances(state, closing.height, LIMITS[model]).reasons(0):
                 return StateSolution(None, np.nan, Status.OUT_OF_REACH, how)
             return StateSolution(state, float(residual[0]), Status.SOLVED, "")
     why = AT_FOLD if stability(guess)[0] < FOLD_MARGIN else NOT_RESOLVED

@@ -297,7 +297,7 @@ def _limit(theta: float, eta: float, states: PathState, x1_init: float) -> Shape
         unknowns=np.column_stack([phi, states.reaction_fx, states.reaction_fy, states.s_c]),
         line=np.zeros(len(states), dtype=bool),
     )
-    clearance = clearances(shapes, np.full(len(states), eta)).only(LIMITS[Contact.POINT])
+    clearance = clearances(shapes, np.full(len(states), eta), LIMITS[Contact.POINT])
     beyond = clearance.smallest < -TOLERANCE
     first, unknown = int(beyond.argmax()), np.full(1, np.nan)
     return ShapeLimits(
