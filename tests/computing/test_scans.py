@@ -45,22 +45,61 @@ def columns(table, *names):
     return [table.column(name).to_numpy() for name in names]
 
 
+# Columns of the command `scan`, and those of a study.
+COLUMNS = {
+    "footpoint": "footpoint",
+    "contact": "x1",
+    "mu0": "mu0_tip",
+    "force_x": "reaction_fx",
+    "force_y": "reaction_fy",
+    "moment_z": "reaction_m",
+}
+
+
+def commanded(path, law, *options):
+    """The columns that the command `scan` writes."""
+    told = "scan --theta 2 --eta 0.85 --step 0.001".split()
+    for name, value in law_of(*law).items():
+        told += [f"--{name.replace('_', '-')}", str(value)]
+    result = CliRunner().invoke(app, [*told, *options, "-o", str(path)])
+    assert result.exit_code == 0, result.output
+    return series.read(path, list(COLUMNS)).columns
+
+
 @pytest.fixture(scope="module")
 def there_and_back():
     return computed(STRIPES, ("energy", 0.6), to=[0.3, 0.1])
 
 
-def test_a_scan_of_a_study_is_that_of_the_command_bit_for_bit(there_and_back, tmp_path):
-    path = tmp_path / "scan.csv"
-    told = "scan --theta 2 --eta 0.85 --step 0.001 --to 0.3 --to 0.1 --law energy"
-    patches = ["--patches", "0: 0.25, 0.5: 0.4", "--kinetic-ratio", "0.6", "-o", str(path)]
-    result = CliRunner().invoke(app, [*told.split(), *patches])
-    assert result.exit_code == 0, result.output
-    names = {"footpoint": "footpoint", "contact": "x1", "mu0": "mu0_tip"}
-    names |= {"force_x": "reaction_fx", "force_y": "reaction_fy", "moment_z": "reaction_m"}
-    written = series.read(path, list(names)).columns
-    for ours, theirs in names.items():
-        assert (written[ours] == there_and_back.steps.column(theirs).to_numpy()).all(), ours
+def test_a_scan_there_and_back_is_that_of_the_command_bit_for_bit(there_and_back, tmp_path):
+    patches = ["--patches", "0: 0.25, 0.5: 0.4", "--to", "0.3", "--to", "0.1"]
+    signals = commanded(tmp_path / "scan.csv", ("energy", 0.6), *patches)
+    for ours, theirs in COLUMNS.items():
+        assert (signals[ours] == there_and_back.steps.column(theirs).to_numpy()).all(), ours
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "law", [("free",), ("kinetic", 0.7), ("energy", 0.6), ("damped", 0.7, 0.1)]
+)
+def test_study_command_and_python_scan_a_profile_alike_bit_for_bit(law, tmp_path):
+    profile = tmp_path / "friction.csv"
+    profile.write_text("x, mu0\n0.4, 0.3\n0.6, 0.35\n0.7, 0.25\n")
+    found = computed({"surface": "measured", "profile": str(profile)}, law, to=[0.15])
+    assert "slip" in found.periods.column("ends_by").to_pylist()
+    signals = commanded(tmp_path / "scan.csv", law, "--profile", str(profile), "--to", "0.15")
+    for ours, theirs in COLUMNS.items():
+        assert (signals[ours] == found.steps.column(theirs).to_numpy()).all(), ours
+    surface = surfaces.profile([0.4, 0.6, 0.7], [0.3, 0.35, 0.25])
+    whisker = Whisker(theta=2.0, eta=0.85)
+    scan = sensor.scan(whisker, surface, step=0.001, to=0.15, **law_of(*law))
+    x1, *loads = columns(found.steps, "x1", "reaction_fx", "reaction_fy", "reaction_m")
+    assert (scan.truth.contact == x1).all()
+    for place, load in enumerate(loads):
+        assert (scan.readings[:, place] == load).all()
+    onset, released = columns(found.periods, "footpoint_onset", "released")
+    assert np.array_equal(scan.truth.periods.onset, onset, equal_nan=True)
+    assert np.array_equal(scan.truth.periods.released, released, equal_nan=True)
 
 
 def test_a_scan_of_a_study_is_that_of_python_bit_for_bit(there_and_back):

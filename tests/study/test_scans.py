@@ -79,6 +79,11 @@ def test_axes_that_do_not_bear_on_each_other_are_not_multiplied(read):
     assert all(variant.keys() == {"surface", "mu0"} for variant in planes)
 
 
+def test_a_surface_that_stands_twice_is_scanned_once(read):
+    twice = read(STUDY.replace("[stripes, measured]", "[stripes, measured, stripes]"))
+    assert scans_of(twice, "path") == scans_of(read(STUDY), "path")
+
+
 def test_mu0_is_short_for_a_plane(read):
     short = STUDY.replace("surface: [flat, random]", "mu0: [0.2, 0.4]")
     used = short.replace("[stripes, measured]", "[stripes, measured, flat, random]")
@@ -282,6 +287,11 @@ WRONG = {
         "22: figures.shapes.scan",
         "its table `scans` has no steps",
     ),
+    "no surface": ("[stripes, measured]", "[]", "19: scans.path.surface", "at least 1 item"),
+    "no name": ("friction.csv", "", "8: surfaces.measured", "it has none of them"),
+    "flat": ("{mu0: [0.2, 0.4]}", "0.3", "5: surfaces.flat", "keys with their values"),
+    "shapes": ("to: [0.5, -0.1]", "to: 1, shapes: maybe", "19: scans.path.shapes", "boolean"),
+    "key": ("    damping:", "    dampin:", "17: scans.laws.dampin", "allowed: bore, clamp_angle"),
     "shot": ("study: demo", "study: demo\nmethod: shooting", "11: scans.laws", "collocation"),
 }
 
@@ -305,6 +315,9 @@ def test_a_mistake_is_told_with_its_line_and_a_remedy(read, name):
         (PROFILE.replace("0.35", "rough"), "friction.csv:4: mu0 must be a number, got 'rough'"),
         (PROFILE.replace("0.5, 0.35", "0.5"), "friction.csv:4: mu0 must be a number, got ''"),
         (PROFILE.replace("x, mu0", "x, mu"), "has no column mu0; its first line has x, mu"),
+        (PROFILE.replace("0.35", "nan"), "friction.csv:4: mu0 must be a number, got 'nan'"),
+        (PROFILE.replace("0.5, 0.35", "0,5, 0,35"), "friction.csv:4: 4 values for 2 columns"),
+        (PROFILE.replace("x, mu0", "x, mu0, mu0"), "has the column mu0 twice; remove one of them"),
         ("x, mu0\n0, 1\n", "a profile needs two rows or more"),
         ("", "has no column x, mu0; its first line has nothing"),
     ],

@@ -1,5 +1,6 @@
 """Rows of a table: which are found, and how little is read for them."""
 
+import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -8,6 +9,7 @@ import made_tables
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.tables import query, store
+from vibrissa.tables.counts import SCAN, counts_by_status, scan_keys
 from vibrissa.tables.schemas import STICTION
 
 
@@ -101,3 +103,16 @@ def test_a_table_that_is_damaged_while_it_is_read_is_named(long_table):
     with pytest.raises(TableError, match=f"No such file: {long_table}") as error:
         query.rows(table, ["eta"])
     assert not isinstance(error.value, DamagedTableError)
+
+
+def test_a_scan_that_goes_on_in_the_next_part_is_counted_once(monkeypatch):
+    """Missing values of its keys are the same scan, too."""
+    keys = {name: [None] * 5 for name in SCAN} | {"theta": [1.0, 1.0, 1.0, 2.0, 3.0]}
+    keys |= {"scan": ["s"] * 5, "status": ["slip", "slip", "slip", "lock", "slip"]}
+    table = pa.table(keys)
+    whole = pd.concat(scan_keys(table), ignore_index=True)
+    monkeypatch.setattr(query, "batches", lambda *_: (table.slice(n, 2) for n in (0, 2, 4)))
+    parts = [part for part in scan_keys(table) if len(part)]
+    assert pd.concat(parts, ignore_index=True)["theta"].tolist() == [1.0, 2.0, 3.0]
+    assert whole["theta"].tolist() == [1.0, 2.0, 3.0]
+    assert counts_by_status({"scans": table}) == {"scans": {"slip": 2, "lock": 1}}

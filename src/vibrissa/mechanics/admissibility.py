@@ -21,8 +21,8 @@ from numpy.polynomial import legendre
 from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.mounting import Tail, polynomial, tail
 from vibrissa.mechanics.states import RodStates
-from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.numerics.batch import Batch
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.batch import Batch, slices
 from vibrissa.numerics.roots import bracketed_root
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
 from vibrissa.outcomes import Contact
@@ -46,6 +46,8 @@ NEXT_TO_TIP = np.geomspace(1e-6, 0.03, 48)
 HALF_TURN = np.pi - 0.3
 # Step, in nodes, between the places that are compared to find where a rod comes near itself.
 STRIDE = 2
+# Number of rods whose places are compared together; the arrays fit into the cache.
+COMPARED_AT_ONCE = 64
 # Fractions of the tail at which its height is examined.
 TAIL = np.linspace(0.0, 1.0, 17)[1:]
 # Fractions of the tail that are compared to find where a rod comes near itself.
@@ -141,14 +143,13 @@ def clearances(states: RodStates, eta: FloatArray, wanted: Collection[str] = ALL
     if len(near):
         some = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
         shapes = _Shapes.of(some, with_tail=bool(curls.any()))
-        known = shapes.at(shapes.places[None])
         if "clamp" in wanted:
-            clamp[near] = np.minimum(clamp[near], shapes.extreme(known, lowest=True))
+            clamp[near] = np.minimum(clamp[near], shapes.extreme(lowest=True))
         if "surface" in wanted:
             # A rod whose tip passes through the surface has no arch.
-            touches = some.line | (ends(some).phi1 >= -LEVEL_SLOPE)
-            arch = np.where(touches, eta[near] - shapes.extreme(known, lowest=False), np.inf)
-            surface[near] = np.minimum(surface[near], arch)
+            touches = np.flatnonzero(some.line | (ends(some).phi1 >= -LEVEL_SLOPE))
+            arch = eta[near[touches]] - shapes.take(touches).extreme(lowest=False)
+            surface[near[touches]] = np.minimum(surface[near[touches]], arch)
         if "itself" in wanted:
             itself[near] = shapes.gaps()
     return Clearance(start=start, clamp=clamp, surface=surface, itself=itself)
@@ -166,8 +167,8 @@ class _Shapes(Batch):
 
     Attributes
     ----------
-    slope, along, up, bend : ndarray
-        Coefficients of φ, dx/dτ, dy/dτ and dφ/dτ.
+    slope, along, up : ndarray
+        Coefficients of φ, dx/dτ and dy/dτ.
     curvature : ndarray, shape (n, k)
         Coefficients of κ0, which give the tails at 1 < τ ≤ 2; k = 0 if no tail is examined.
     """
@@ -175,7 +176,6 @@ class _Shapes(Batch):
     slope: FloatArray
     along: FloatArray
     up: FloatArray
-    bend: FloatArray
     s_c: FloatArray
     curvature: FloatArray
 
@@ -183,13 +183,11 @@ class _Shapes(Batch):
     def of(cls, states: RodStates, *, with_tail: bool) -> "_Shapes":
         rule = gauss_rule(states.nodes)
         density, _ = states.densities(rule.nodes)
-        along, up = density * np.cos(states.phi), density * np.sin(states.phi)
-        slope = states.phi @ rule.to_coefficients.T
+        cos, sin = np.cos(states.phi), np.sin(states.phi)
         return cls(
-            slope=slope,
-            along=along @ rule.to_coefficients.T,
-            up=up @ rule.to_coefficients.T,
-            bend=np.asarray(2.0 * legendre.legder(slope, axis=1), dtype=float),
+            slope=states.phi @ rule.to_coefficients.T,
+            along=(density * cos) @ rule.to_coefficients.T,
+            up=(density * sin) @ rule.to_coefficients.T,
             s_c=states.s_c,
             curvature=states.curvature[:, : None if with_tail else 0],
         )
@@ -205,61 +203,66 @@ class _Shapes(Batch):
         """Value of τ at the tip."""
         return 2.0 if self.curvature.shape[1] else 1.0
 
+    def slopes(self, tau: FloatArray) -> FloatArray:
+        """Slopes φ at places τ ≤ 1; shapes as in `at`."""
+        values, _ = legendre_series(self.slope.shape[1], tau)
+        return _summed(values, self.slope)
+
     def at(self, tau: FloatArray) -> "_Places":
         """Evaluate shapes at places τ.
 
         The shape of `tau` is (1, places) if the places are common to all, otherwise (n, places).
         """
         values, integrals = legendre_series(self.slope.shape[1], np.minimum(tau, 1.0))
-
-        def summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
-            basis = basis[..., : coefficients.shape[1]]
-            if len(basis) == 1:  # the same places on all rods: one matrix product
-                return np.asarray(coefficients @ basis[0].T)
-            return np.matvec(basis, coefficients)
-
         places = _Places(
-            phi=summed(values, self.slope),
-            bend=summed(values, self.bend),
-            x=summed(integrals, self.along),
-            y=summed(integrals, self.up),
-            speed=np.hypot(summed(values, self.along), summed(values, self.up)),
+            phi=_summed(values, self.slope),
+            x=_summed(integrals, self.along),
+            y=_summed(integrals, self.up),
         )
         if not self.curvature.shape[1]:
             return places
-        beyond, start, length = tau > 1.0, self.s_c[:, None], 1.0 - self.s_c[:, None]
-        s = start + np.maximum(tau - 1.0, 0.0) * length
+        start = self.s_c[:, None]
+        s = start + np.maximum(tau - 1.0, 0.0) * (1.0 - start)
         along, up, turn = tail(self.curvature, np.broadcast_to(start, s.shape), s)
-        curvature = polynomial(self.curvature, s)
-        return _Places(
-            phi=places.phi + turn,
-            bend=np.where(beyond, curvature * length, places.bend),
-            x=places.x + along,
-            y=places.y + up,
-            speed=np.where(beyond, length, places.speed),
+        return _Places(phi=places.phi + turn, x=places.x + along, y=places.y + up)
+
+    def rates(self, tau: FloatArray) -> "_Rates":
+        """Differentiate shapes with respect to τ at places; shapes as in `at`."""
+        values, _ = legendre_series(self.slope.shape[1], np.minimum(tau, 1.0))
+        bend = np.asarray(2.0 * legendre.legder(self.slope, axis=1), dtype=float)
+        rates = _Rates(
+            bend=_summed(values, bend),
+            speed=np.hypot(_summed(values, self.along), _summed(values, self.up)),
+        )
+        if not self.curvature.shape[1]:
+            return rates
+        beyond, start, length = tau > 1.0, self.s_c[:, None], 1.0 - self.s_c[:, None]
+        curvature = polynomial(self.curvature, start + np.maximum(tau - 1.0, 0.0) * length)
+        return _Rates(
+            bend=np.where(beyond, curvature * length, rates.bend),
+            speed=np.where(beyond, length, rates.speed),
         )
 
     def steepness(self, tau: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
         """Evaluate sin φ and its derivative with respect to τ, at one place of each of `rows`."""
-        place = self.take(rows).at(tau[:, None])
-        return np.sin(place.phi[:, 0]), np.cos(place.phi[:, 0]) * place.bend[:, 0]
+        some, at = self.take(rows), tau[:, None]
+        phi = some.slopes(at)[:, 0]
+        return np.sin(phi), np.cos(phi) * some.rates(at).bend[:, 0]
 
-    def extreme(self, known: "_Places", *, lowest: bool) -> FloatArray:
+    def extreme(self, *, lowest: bool) -> FloatArray:
         """Height of the lowest local minimum, or highest maximum; ∞ or −∞ if there is none."""
-        sign = 1.0 if lowest else -1.0
-        rise = sign * np.sin(known.phi)
+        sign, tau = 1.0 if lowest else -1.0, self.places
+        rise = sign * np.sin(self.slopes(tau[None]))
         # The height has a minimum, or a maximum, between two places.
         turns = (rise[:, :-1] < 0.0) & (rise[:, 1:] >= 0.0)
-        height = sign * known.y
-        height = np.where(turns, np.minimum(height[:, :-1], height[:, 1:]), np.inf)
-        before = height.argmin(axis=1)
         rows = np.flatnonzero(turns.any(axis=1))
         found = np.full(len(self), sign * np.inf)
         if len(rows):
             turning, index = self.take(rows), np.arange(len(rows))
-            tau = self.places
-            low, high = tau[before[rows]], tau[before[rows] + 1]
-            at = bracketed_root(turning.steepness, low, high, index)
+            height = sign * turning.at(tau[None]).y
+            height = np.where(turns[rows], np.minimum(height[:, :-1], height[:, 1:]), np.inf)
+            before = height.argmin(axis=1)
+            at = bracketed_root(turning.steepness, tau[before], tau[before + 1], index)
             found[rows] = turning.at(at[:, None]).y[:, 0]
         return found
 
@@ -273,14 +276,22 @@ class _Shapes(Batch):
         if self.curvature.shape[1]:
             tau = np.append(tau, 1.0 + TAIL_LOOKS)
         seen = self.at(tau[None])
-        one, other = np.triu_indices(len(tau), 2)
         found, start = np.full(len(self), np.inf), np.zeros((len(self), 2))
-        for row in np.flatnonzero(np.ptp(seen.phi, axis=1) > HALF_TURN):
-            turned = np.abs(seen.phi[row, other] - seen.phi[row, one]) > HALF_TURN
-            i, j = one[turned], other[turned]
-            distance = np.hypot(seen.x[row, j] - seen.x[row, i], seen.y[row, j] - seen.y[row, i])
-            pair = int(np.argmin(distance))
-            found[row], start[row] = distance[pair], tau[[i[pair], j[pair]]]
+        turning = np.flatnonzero(np.ptp(seen.phi, axis=1) > HALF_TURN)
+        for part in slices(len(turning), COMPARED_AT_ONCE):
+            some = seen.take(turning[part])
+            low = np.flatnonzero(_turns_after(some.phi))
+            high = np.flatnonzero(_turns_after(some.phi[:, ::-1])[::-1])
+            phi, x, y = (
+                values[:, None, high] - values[:, low, None]
+                for values in (some.phi, some.x, some.y)
+            )
+            apart = (np.abs(phi) > HALF_TURN) & (high > low[:, None] + 1)
+            square = np.where(apart, x**2 + y**2, np.inf).reshape(len(phi), -1)
+            pair = square.argmin(axis=1)
+            found[turning[part]] = np.sqrt(square.min(axis=1))
+            one, other = np.divmod(pair, len(high))
+            start[turning[part]] = np.stack([tau[low[one]], tau[high[other]]], axis=1)
         near = np.flatnonzero(found < APART)
         if len(near):
             close = self.take(near)
@@ -298,13 +309,13 @@ class _Shapes(Batch):
         if tip:
             tau[:, 1] = self.end
         for _ in range(NEWTON_STEPS):
-            place = self.at(tau)
+            place, rates = self.at(tau), self.rates(tau)
             cos, sin = np.cos(place.phi), np.sin(place.phi)
             tangent, normal = np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)
             way = np.stack([np.diff(place.x)[:, 0], np.diff(place.y)[:, 0]], axis=-1)
             miss, lever = np.matvec(tangent, way), np.matvec(normal, way)
-            matrix = tangent @ np.swapaxes(tangent, 1, 2) * (place.speed * [-1.0, 1.0])[:, None]
-            matrix[:, [0, 1], [0, 1]] += lever * place.bend
+            matrix = tangent @ np.swapaxes(tangent, 1, 2) * (rates.speed * [-1.0, 1.0])[:, None]
+            matrix[:, [0, 1], [0, 1]] += lever * rates.bend
             if tip:
                 matrix[:, 1], miss[:, 1] = (0.0, 1.0), 0.0
             # Where the matrix is singular the parts are parallel: any step will do.
@@ -322,10 +333,31 @@ class _Shapes(Batch):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Places(Batch):
-    """Shapes at some places: slope φ, dφ/dτ, position x, y and ds/dτ; shape (n, places) each."""
+    """Shapes at some places: slope φ and position x, y; shape (n, places) each."""
 
     phi: FloatArray
-    bend: FloatArray
     x: FloatArray
     y: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Rates(Batch):
+    """Derivatives with respect to τ at some places: dφ/dτ and ds/dτ; shape (n, places) each."""
+
+    bend: FloatArray
     speed: FloatArray
+
+
+def _turns_after(phi: FloatArray) -> BoolArray:
+    """Whether one of the rods turns by more than `HALF_TURN` between each place and a later one."""
+    most = np.maximum.accumulate(phi[:, ::-1], axis=1)[:, ::-1]
+    least = np.minimum.accumulate(phi[:, ::-1], axis=1)[:, ::-1]
+    return np.asarray((np.maximum(most - phi, phi - least) > HALF_TURN).any(axis=0))
+
+
+def _summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
+    """Sum series; the first axis of `basis` has the length 1 if all have the same places."""
+    basis = basis[..., : coefficients.shape[1]]
+    if len(basis) == 1:  # one matrix product
+        return np.asarray(coefficients @ basis[0].T)
+    return np.matvec(basis, coefficients)

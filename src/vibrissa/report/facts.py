@@ -55,8 +55,11 @@ def results(found: Mapping[str, Readable]) -> list[str]:
     lines = _results_of_points(found["stiction"]) if "stiction" in found else []
     if "scans" in found:
         where = query.one_of("cycle", [1]) & query.one_of("status", ["slip"])
-        first = query.frame(found["scans"], ["x0", *AXES_SHOWN], where)
-        ends = first.groupby([*AXES_SHOWN], as_index=False)["x0"].max()
+        ends = pd.DataFrame()
+        for part in query.batches(found["scans"], ["x0", *AXES_SHOWN], where):
+            # The steps of a scan may go on in the next part.
+            more = pd.concat([ends, part.to_pandas()])
+            ends = more.groupby([*AXES_SHOWN], as_index=False)["x0"].max()
         if len(ends) > 1:
             least, most = (ends.loc[getattr(ends["x0"], end)()] for end in ("idxmin", "idxmax"))
             lines.append(

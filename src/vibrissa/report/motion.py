@@ -36,11 +36,15 @@ def motion(found: Mapping[str, Readable], figures: Selections) -> tuple[tuple[Pr
     """
     offered, lost = [], 0
     if "scans" in found:
-        scans = scan_keys(found["scans"])
-        scans = scans[~scans["status"].isin(NO_RESULT)]
-        shown = scans[[_is_repeatable(scan) for _, scan in scans.iterrows()]].head(MOST_SCANS)
+        shown, count = pd.DataFrame(), 0
+        for scans in scan_keys(found["scans"]):
+            solved = scans[~scans["status"].isin(NO_RESULT)]
+            count += len(solved)
+            if len(shown) < MOST_SCANS:
+                repeatable = solved[[_is_repeatable(scan) for _, scan in solved.iterrows()]]
+                shown = pd.concat([shown, repeatable]).head(MOST_SCANS)
         offered = _steps(found["scans"], shown) if len(shown) else []
-        lost = len(scans) - len(offered)
+        lost = count - len(offered)
     why = (
         f"it shows {MOST_SCANS} at most, in the ideal mounting, forward over a plane by the law "
         "free, with values that its fields allow"

@@ -220,7 +220,12 @@ def _first(table: Readable, columns: Sequence[str], grid: str, most: int) -> pd.
 
 def _scans(table: Readable, columns: Sequence[str]) -> pd.DataFrame:
     """Return a row for each scan: number of cycles, largest x0, and range of each load."""
-    rows = rows_of(table, columns, scan_keys(table).head(MOST_ROWS))
+    first = pd.DataFrame()
+    for scans in scan_keys(table):
+        first = pd.concat([first, scans]).head(MOST_ROWS)
+        if len(first) == MOST_ROWS:
+            break
+    rows = rows_of(table, columns, first)
     loads = {name: _range for name in REACTIONS}
     kept = {"status": "first", "cycle": "max", "x0": "max", **loads}
     scans = rows.groupby([*SCAN], sort=False, dropna=False).agg(kept)

@@ -7,7 +7,7 @@ from itertools import pairwise, product
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeAlias
 
-from pydantic import BeforeValidator, Field, FiniteFloat, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, FiniteFloat, model_validator
 
 from vibrissa.decimals import exact
 from vibrissa.outcomes import SlipLaw
@@ -41,9 +41,12 @@ class ScanSection(Section):
     stiffening: Annotated[Values, AXES["stiffening"]] = (0.0,)
     bore: Annotated[Values, AXES["bore"]] = (0.0,)
     stage_angle: Annotated[tuple[float, ...], AXES["stage_angle"]] = (0.0,)
-    surface: Annotated[list[Name] | None, BeforeValidator(in_list, str | list[str])] = Field(
-        default=None, description="name of a surface, or a list of names; in place of mu0"
-    )
+    surface: Annotated[
+        list[Name] | None,
+        BeforeValidator(in_list, str | list[str]),
+        Field(min_length=1),
+        AfterValidator(lambda names: list(dict.fromkeys(names))),
+    ] = Field(default=None, description="name of a surface, or a list of names; in place of mu0")
     law: Annotated[tuple[str, ...], LAW_AXES["law"]] = (SlipLaw.FREE.value,)
     kinetic_ratio: Annotated[tuple[float, ...] | None, LAW_AXES["kinetic_ratio"]] = None
     damping: Annotated[tuple[float, ...] | None, LAW_AXES["damping"]] = None
@@ -79,8 +82,7 @@ class ScanSection(Section):
                 mistakes.add(f"has both {one!r} and {other!r}; remove one of them", other)
         slows = set(self.law) - {SlipLaw.FREE}
         if slows and self.kinetic_ratio is None:
-            laws = " and ".join(sorted(slows))
-            mistakes.add(f"missing 'kinetic_ratio': the law {laws} needs it", "law")
+            mistakes.add("missing 'kinetic_ratio': each law except free needs it", "law")
         if self.kinetic_ratio is not None and not slows:
             mistakes.add(
                 "the law free has no kinetic friction; remove kinetic_ratio, or set law to "

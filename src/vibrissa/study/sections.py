@@ -20,6 +20,12 @@ def _whole(written: Any) -> Any:
 
 Count = Annotated[int, Field(strict=True, ge=1), BeforeValidator(_whole)]
 Name = Annotated[str, Field(pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,99}$")]
+# What is allowed where Pydantic names a type of Python.
+ALLOWED = {
+    "model_type": "keys with their values, as in {key: value}",
+    "dict_type": "keys with their values, as in {key: value}",
+    "tuple_type": "a list",
+}
 # Characters of a wrong value that a message shows.
 SHOWN = 60
 NAME_ALLOWED = "a name of at most 100 letters, digits, _ and -"
@@ -63,6 +69,8 @@ def in_words(error: ErrorDetails) -> str:
     """Describe a wrong value in plain words."""
     if error["type"] == "value_error":
         return str(error["ctx"]["error"])
+    if error["type"] in ALLOWED:
+        return f"{shown(error['input'])} is not allowed; allowed: {ALLOWED[error['type']]}"
     # Pydantic's words as the end of a sentence.
     words = f"{error['msg'][:1].lower()}{error['msg'][1:]}"
     return f"{shown(error['input'])} is not allowed: {words}"

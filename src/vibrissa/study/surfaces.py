@@ -97,7 +97,8 @@ class SurfaceSection(Section):
 
     @model_validator(mode="after")
     def _is_one_kind(self) -> Self:
-        mistakes, given = Mistakes(), self.model_fields_set
+        mistakes = Mistakes()
+        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
         kinds = [kind for kind in KINDS if kind in given]
         if len(kinds) != 1:
             has = " and ".join(kinds) if kinds else "none of them"
@@ -276,7 +277,7 @@ def read_columns(path: Path, names: Sequence[str]) -> list[tuple[int, list[float
     Raises
     ------
     ValueError
-        If a column is missing, or a value is no finite number.
+        If a column is missing or there twice, a row is too long, or a value is no finite number.
     """
     lines = lines_of(path)
     rows = list(csv.reader([line.text for line in lines], skipinitialspace=True))
@@ -284,9 +285,19 @@ def read_columns(path: Path, names: Sequence[str]) -> list[tuple[int, list[float
     absent = [name for name in names if name not in head]
     if absent:
         has = ", ".join(head) or "nothing"
-        raise ValueError(f"{path} has no column {', '.join(absent)}; its first line has {has}")
+        raise ValueError(
+            f"{path} has no column {', '.join(absent)}; its first line has {has}, and must name "
+            f"the columns {', '.join(names)}, separated by commas"
+        )
+    for name in names:
+        if head.count(name) > 1:
+            raise ValueError(f"{path} has the column {name} twice; remove one of them")
     found = []
     for (number, _), row in zip(lines[1:], rows[1:], strict=True):
+        if len(row) > len(head):
+            raise ValueError(
+                f"{path}:{number}: {len(row)} values for {len(head)} columns; write 0.5, not 0,5"
+            )
         values = []
         for name in names:
             place = head.index(name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from vibrissa.errors import TableError
@@ -31,7 +31,8 @@ def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[
     counts: dict[str, Counter[str]] = {name: Counter() for name in tables if name in _NOUNS}
     for name, total in counts.items():
         if name == "scans":
-            total.update(scan_keys(tables[name])["status"])
+            for scans in scan_keys(tables[name]):
+                total.update(scans["status"])
             continue
         statuses = [column for column in tables[name].schema.names if column.startswith("status")]
         for part in query.batches(tables[name], statuses):
@@ -40,17 +41,23 @@ def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[
     return counts
 
 
-def scan_keys(table: query.Readable) -> pd.DataFrame:
-    """Return a row for each scan, with `SCAN` and its status; a file is read a part at a time."""
+def scan_keys(table: query.Readable) -> Iterator[pd.DataFrame]:
+    """Yield a row for each scan, with `SCAN` and its status, a part of the table at a time.
+
+    The rows of a scan follow each other in the table.
+    """
     import pandas as pd
 
-    columns = [*SCAN, "status"]
-    parts = [part.to_pandas().drop_duplicates() for part in query.batches(table, columns)]
-    return pd.concat(parts).drop_duplicates(ignore_index=True)
+    last: list[pd.DataFrame] = []
+    for part in query.batches(table, [*SCAN, "status"]):
+        scans = pd.concat([*last, part.to_pandas()]).drop_duplicates(ignore_index=True)
+        # The last scan of a part may go on in the next one.
+        yield scans.iloc[len(last) :]
+        last = [scans.tail(1)]
 
 
 def rows_of(table: query.Readable, columns: Sequence[str], scans: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of some scans, which are rows of `scan_keys`."""
+    """Return the rows of some scans, which are rows that `scan_keys` yields."""
     import pandas as pd
 
     names = list(dict.fromkeys([*SCAN, *columns]))

@@ -44,7 +44,7 @@ from vibrissa.sticking.solving.refinement import (
 METHOD = Solver.COLLOCATION
 # Number of paths that are solved together: enough to share the overhead of each call, and few
 # enough for the processor's cache.
-BATCH = 128
+BATCH = 256
 # A round rod is followed until its contact point is this far behind the clamp (L).
 BEHIND_CLAMP = 1e-6
 # Value of tan α up to which a retracted rod is followed. Close to a vanishing normal force, s_c

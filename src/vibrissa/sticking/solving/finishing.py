@@ -104,9 +104,10 @@ def finished(
             level = _level(found.loads[row, :, 4])
         if len(level) or nearest[row] < CLOSE:
             part, at = found.take([row]), np.union1d(position, level)
-            share, how = _limit(part, at, LIMITS[model])
+            seen = _looked_at(part, at).each(np.ravel) if len(level) else looked.take(row)
+            share, how = _limit(part, at, seen, LIMITS[model])
             if model is Contact.POINT and (len(level) or looked.surface[row].min() < CLOSE):
-                arch, _ = _limit(part, at, ("surface",))
+                arch, _ = _limit(part, at, seen, ("surface",))
                 arches[row] = parts.start[row] + arch * parts.length[row]
             out_of_reach[row] = parts.start[row] + share * parts.length[row]
             reason[row] = how
@@ -217,22 +218,25 @@ def _looked_at(found: Resolved, at: FloatArray, wanted: Collection[str] = ALL) -
     return clearance.each(lambda values: values.reshape(height.shape))
 
 
-def _limit(found: Resolved, at: FloatArray, names: Collection[str]) -> tuple[float, str]:
+def _limit(
+    found: Resolved, at: FloatArray, seen: Clearance, names: Collection[str]
+) -> tuple[float, str]:
     """First fraction of one part at which a clearance is negative, and why; NaN if nowhere.
 
-    Only the clearances `names` count.
+    Only the clearances `names` count; `seen` has those at the fractions `at`.
     """
 
     def look(at: FloatArray) -> Clearance:
         return _looked_at(found, at, names).each(np.ravel)
 
+    looked = seen.only(names)
     while True:
-        looked, known = look(at), len(at)
-        inadmissible = looked.smallest < -TOLERANCE
-        beyond = int(np.append(inadmissible, True).argmax())
+        known = len(at)
+        beyond = int(np.append(looked.smallest < -TOLERANCE, True).argmax())
         at = _with_dips(at, looked, beyond)
         if len(at) == known:
             break
+        looked = look(at)
     if beyond == known:
         return np.nan, ""
     limit = _first_inadmissible(look, at[max(beyond - 1, 0)], at[beyond])
