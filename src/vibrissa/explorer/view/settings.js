@@ -98,7 +98,11 @@ export const CLAMP_RANGE = { min: -5, max: 50 };
 /** Curves that can be pinned at the same time. */
 export const MOST_PINS = 3;
 /** Clamp and tip in an address. */
-const POSITIONS = ["clamp", "x0", "tip"].map((key) => ({ key, symbol: key, ...CLAMP_RANGE }));
+const POSITIONS = [
+  ...["clamp", "x0"].map((key) => ({ key, symbol: key, ...CLAMP_RANGE })),
+  // The tip is within a rod's length of the clamp.
+  { key: "tip", symbol: "tip", min: CLAMP_RANGE.min - 1, max: CLAMP_RANGE.max + 1 },
+];
 const SIDES = { key: "side", words: [["1"], ["-1"]] };
 
 /** The law by which slips end: on an oblique stage always at α = 0. @type {(settings: Settings) => SlipLaw} */
