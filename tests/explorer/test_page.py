@@ -22,6 +22,7 @@ from vibrissa.explorer.page import (
     MOUNTED,
     PAPER,
     RANGES,
+    WAVES,
     Preset,
     fits,
     fragment,
@@ -56,7 +57,7 @@ def test_presets_are_the_figures_of_the_paper():
 
 @pytest.mark.parametrize("name", RANGES)
 def test_settings_beyond_a_field_do_not_fit(name):
-    assert all(fits(preset.settings) for preset in (*PAPER, *MOUNTED))
+    assert all(fits(preset.settings) for preset in (*PAPER, *MOUNTED, *WAVES))
     low, high = RANGES[name]
     assert fits({name: low}) and fits({name: high}) and fits({"other": 99.0})
     assert not fits({name: low - 1e-6}) and not fits({"theta": 2.0, name: high + 1e-6})
@@ -65,7 +66,7 @@ def test_settings_beyond_a_field_do_not_fit(name):
 def test_the_page_holds_its_parts_as_they_are():
     text = page()
     (presets,) = re.findall(r'data-x="presets">(.*?)</script>', text)
-    assert json.loads(presets) == [asdict(preset) for preset in (*PAPER, *MOUNTED)]
+    assert json.loads(presets) == [asdict(preset) for preset in (*PAPER, *MOUNTED, *WAVES)]
     assert text.count(style()) == text.count(program()) == 1 and "<a " not in text
     linked = page(home='a"b/index.html')
     assert '<a href="a&#34;b/index.html">' in linked and '<a href="a&#34;b/model.html">' in linked
@@ -247,6 +248,7 @@ class TestPage:
             ("theta=99&mu0=x", "θ in the address: must be from 1 to 20"),
             ("clamp=abc&side=behind", "clamp in the address: “abc” is not a number"),
             ("theta=2&pin=x", "a pin in the address has no settings"),
+            ("mu0=0.3&amplitude=0.0001&clamp=0.05", "The tip slipped by"),
             ("tetha=3", "tetha in the address is not a known key"),
             ("side=-1&clamp=0.005", "dragged, behind the clamp"),
             ("theta=2" + 4 * "&pin=eta%3D0.9", "only the first 3 pins"),
@@ -358,6 +360,35 @@ class TestPage:
             box = seen(browser, f".stage .{part}", BOX)
             assert frame["left"] <= box["left"] and box["right"] <= frame["right"]
             assert frame["top"] <= box["top"] and box["bottom"] <= frame["bottom"]
+
+    def test_a_wave_is_drawn_with_its_magnification_and_the_places_of_rest(self, opened):
+        rods = "theta=2&eta=0.85&mu0=0.3&dx0=0.0005"
+        plane = opened(rods)
+        assert seen(plane, ".on-wave", BOX)["width"] == 0
+        browser = opened(f"{rods}&amplitude=0.0001&wavelength=0.025&clamp=0.4")
+        frames(browser)
+        text = seen(browser, "[data-x=waves]")
+        count, slips, magnified = re.match(
+            r"([\d.]+) slips in a wave \(the last (\d+)\).* magnified (\d+) times", text
+        ).groups()
+        assert 0.9 < float(count) < 1.1 and int(slips) == 12
+        marks = (
+            "[...document.querySelectorAll('[data-x=wave] .rest')].filter((n) => n.r.baseVal.value)"
+        )
+        places = browser.evaluate(f"{marks}.map((n) => [n.cx.baseVal.value, n.cy.baseVal.value])")
+        assert len(places) >= 6
+        # Locked: all places of rest are as high in their waves, one in each.
+        across, up = zip(*sorted(places), strict=True)
+        steps = np.diff(across)
+        assert steps == pytest.approx(steps[0], rel=0.05) and np.ptp(up) < 4
+        wide, tall = (seen(browser, "[data-x=wave] .profile", BOX)[k] for k in ("width", "height"))
+        assert tall / 2e-4 / (wide / 0.2) == pytest.approx(int(magnified), rel=0.1)
+        drag(browser, 20)
+        browser.evaluate("new Promise((done) => setTimeout(done, 400))")
+        wait_until(browser, "location.hash.includes('tip=')")
+        address, x0 = browser.evaluate("location.hash.slice(1)"), value(browser, "x0")
+        again = opened(address)
+        assert value(again, "x0") == pytest.approx(x0, abs=1e-7)
 
     def test_labels_can_be_switched_off(self, opened):
         browser = opened("theta=2&eta=0.85&mu0=0.4&clamp=0.04")
@@ -529,7 +560,9 @@ class TestPage:
     @pytest.mark.parametrize("width", [390, 820, 1040, 1300, 3840])
     def test_no_field_covers_another_no_label_is_cut_and_no_message_moves_them(self, opened, width):
         browser = opened("theta=2&law=kinetic&units=si&beta=5&kappa0=-0.2&delta=1", width=width)
-        seen(browser, ".explorer .mounting", "open = true")
+        browser.evaluate(
+            "document.querySelectorAll('.mounting').forEach((n) => { n.open = true; })"
+        )
         cut = """[...document.querySelectorAll('.explorer :is(.field label, .choice span, dt)')]
             .filter((n) => getComputedStyle(n).display !== 'inline')
             .filter((n) => n.scrollWidth > n.clientWidth + 1)

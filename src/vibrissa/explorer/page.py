@@ -24,6 +24,8 @@ RANGES = {
     "stiffening": (-0.9, 10.0),
     "bore": (0.0, 0.95),
     "delta": (-6.0, 6.0),
+    "amplitude": (0.0, 0.01),
+    "wavelength": (0.002, 0.5),
 }
 
 
@@ -64,7 +66,7 @@ class Preset:
 
 
 _KNOWN = yaml.safe_load((FOLDER / "presets.yaml").read_text(encoding="utf-8"))
-# Settings of the mounting for a rod that is mounted as in the paper.
+# Settings of mounting and surface for a rod that is mounted as in the paper, on a plane.
 IDEAL: Mapping[str, float] = _KNOWN["ideal"]
 
 
@@ -76,6 +78,7 @@ def _presets(kind: str) -> tuple[Preset, ...]:
 
 PAPER = _presets("paper")
 MOUNTED = _presets("mounted")
+WAVES = _presets("waves")
 
 
 def fits(settings: Mapping[str, float | str]) -> bool:
@@ -106,7 +109,12 @@ def page(home: str = "") -> str:
     return (
         environment(FOLDER)
         .get_template("page.html")
-        .render(home=home, explorer=fragment((*PAPER, *MOUNTED)), style=style(), program=program())
+        .render(
+            home=home,
+            explorer=fragment((*PAPER, *MOUNTED, *WAVES)),
+            style=style(),
+            program=program(),
+        )
     )
 
 

@@ -212,6 +212,8 @@ type Limit = End | "slips" | "slips back";
 interface Sticking {
   path: Path;
   friction: Friction;
+  ahead: number; // demand −tan α at which the tip slips forward: μ0 on a plane
+  behind: number; // demand at which it slips backward, −μ0 on a plane
   high: number; // where sticking ends when x0 grows
   highBy: Limit;
   low: number; // where sticking ends when x0 falls
@@ -231,17 +233,74 @@ type Passed = "lies down" | "peels off" | "passes through" | "comes free" | "loc
 
 /** An event while the clamp moves. */
 interface Incident {
-  what: Limit | "flies off" | "slides along" | Passed;
+  what: Limit | "flies off" | "is lost" | "slides along" | Passed;
   clamp: number;
   x0: number;
   rest: number; // displacement after the event
   side: number; // side of the tip after the event, as in Place
+  slid?: { from: number; to: number; state: State }; // places of a tip that slips on a wave, and the state before
 }
 
 /** The place to which a move leads, and the events on the way. */
 interface Move {
   place: Place;
   events: Incident[];
+}
+
+/* A surface with a wave: solver/wave.js. */
+
+/** Heights amplitude·sin(2πx/wavelength) of a surface, positive towards the clamp. */
+interface Wave {
+  amplitude: number;
+  wavelength: number;
+}
+
+/** A surface with a wave, and the rod on it, with the height of the plane without the wave. */
+interface Ground {
+  given: Required<Given>;
+  wave: Wave;
+  friction: Friction;
+  nodes: number; // that were enough for a similar rod
+}
+
+/** A tip that sticks at a place of a wave. */
+interface Tip {
+  sticking: Sticking; // on the path of the rod at the height of this place
+  contact: number; // this place
+  place: Place;
+}
+
+/** A rod whose tip begins to slip. */
+interface Slipping {
+  rod: Rod;
+  state: State;
+  contact: number;
+}
+
+/** What is left until a tip slips: a linear function of the forces. */
+type Margin = Record<"fx" | "fy", number>;
+
+/** A place on the way of a slide. */
+interface Spot {
+  distance: number; // from the start of the slide
+  contact: number;
+  state: State;
+  normal: number; // normal force times 1/cos γ
+  net: number; // what drives the tip beyond kinetic friction, times 1/cos γ
+  left: number; // what ends the slide where it falls to 0
+}
+
+interface Slide {
+  start: Spot | null;
+  cell: number; // distance of the spots
+  spotAt: (distance: number, near: Spot) => Spot | null;
+}
+
+/** Where a move on a wave leads; without a tip the message says why. */
+interface MoveOn {
+  tip: Tip | null;
+  events: Incident[];
+  message: string;
 }
 
 /* The page: view. */
@@ -270,7 +329,7 @@ interface Point {
 /** Points of a line. */
 type Line = Record<"x" | "y", Float64Array>;
 
-type NumberKey = "theta" | "eta" | "mu0" | "dx0" | "ratio" | "modulus" | "diameter" | "length" | MountingKey;
+type NumberKey = "theta" | "eta" | "mu0" | "dx0" | "ratio" | "modulus" | "diameter" | "length" | MountingKey | keyof Wave;
 type MountingKey = "beta" | "compliance" | "kappa0" | "kappa1" | "stiffening" | "bore" | "delta";
 
 /** Settings of a user: angles in degrees, E in GPa, diameter and length in mm. */
@@ -319,6 +378,7 @@ interface Shared {
   settings: Settings;
   clamp: number;
   x0: number; // NaN if the clamp is to be moved there from 0
+  tip: number; // position of the tip on a wave; NaN on a plane, or if the clamp is to be moved there from 0
   side: number;
   pins: Settings[]; // rods of the pinned curves
 }
@@ -363,6 +423,8 @@ interface View {
   curve: Curve;
   now: Reading;
   trace: Reading[];
+  rests: number[]; // places at which the last slips on a wave ended
+  slipsInWave: number;
   recording: Recording | null;
   divisions: Division[];
   pins: Pin[];

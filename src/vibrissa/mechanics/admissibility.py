@@ -13,7 +13,8 @@ the rod.
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -92,6 +93,11 @@ class Clearance(Batch):
     def smallest(self) -> FloatArray:
         """Smallest of the clearances, shape (n,)."""
         return np.minimum.reduce([*self.columns.values()])
+
+    def only(self, names: Collection[str]) -> Self:
+        """Return these clearances, with all others infinite."""
+        others = [name for name in self.names() if name not in names]
+        return replace(self, **{name: np.full_like(self.start, np.inf) for name in others})
 
     def reasons(self, row: int) -> str:
         """State why the shape in a row is inadmissible; empty if it is admissible."""

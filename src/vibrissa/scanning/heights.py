@@ -12,15 +12,18 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.equations import OFFSET, ClosingCondition, shape
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.shape import Shape
-from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.spectral import (
+    chebyshev_nodes,
+    chebyshev_polynomials,
+    chebyshev_transform,
+)
 from vibrissa.outcomes import RodSection
 from vibrissa.scanning.response import LOADS, Response, States, responses
 from vibrissa.scanning.rods import MountedRod
@@ -60,11 +63,40 @@ class Landmarks(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """Stretches on which displacements lie, fractions of them, growth of the fractions (1/L)."""
+    """Stretches on which displacements lie, fractions of them, and widths of the stretches (L)."""
 
     stretch: IntArray
     fraction: FloatArray
-    growth: FloatArray
+    width: FloatArray
+    last: BoolArray
+
+    def growth(self, order: int) -> FloatArray:
+        """Growth of the fraction with the displacement, to a power of 0 or 1, shape (n, 1)."""
+        if order == 0:
+            return np.ones((1, 1))
+        growth = 1.0 / self.width
+        graded = 2.0 * np.maximum(1.0 - self.fraction[self.last], np.finfo(float).eps)
+        growth[self.last] /= graded
+        return growth[:, None]
+
+
+class _Within(NamedTuple):
+    """Heights that lie in one part of a range: their rows, and what is known of each of them.
+
+    Attributes
+    ----------
+    part : Heights
+    rows : slice or ndarray of int, shape (n,)
+    polynomials : ndarray, shape (n, heights)
+        Chebyshev polynomials.
+    marks : ndarray, shape (n, stretches + 3)
+        Bounds of the stretches, then x0_lock and x1_init (L).
+    """
+
+    part: "Heights"
+    rows: slice | IntArray
+    polynomials: FloatArray
+    marks: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -137,34 +169,38 @@ class Heights:
             for one in np.moveaxis(over_heights, 1, 0)
         ]
 
+    @cached_property
+    def _coefficients(self) -> FloatArray:
+        """Cubic pieces of the reactions, shape (stretches, pieces, 4, 3, heights)."""
+        coefficients = np.array([spline.c for spline in self._reactions])
+        return np.ascontiguousarray(coefficients.transpose(0, 2, 1, 4, 3))
+
     def _polynomials(self, eta: FloatArray) -> FloatArray:
         """Chebyshev polynomials at heights, shape (n, heights)."""
         position = (2.0 * eta - self.low - self.high) / (self.high - self.low)
-        return np.asarray(chebvander(position, len(self.branches) - 1))
+        return chebyshev_polynomials(position, len(self.branches)).T
 
-    def bounds_at(self, eta: FloatArray) -> FloatArray:
-        """Landmarks between which the states are smooth (L), a row for each height."""
-        return np.asarray(self._polynomials(eta) @ self._over_heights[:, :-2])
+    def within(self, eta: FloatArray, rows: slice | IntArray) -> _Within:
+        """Return what is known of heights, shape (n,), which are in the given rows."""
+        polynomials = self._polynomials(eta)
+        marks = np.asarray(polynomials @ self._over_heights)
+        return _Within(part=self, rows=rows, polynomials=polynomials, marks=marks)
 
-    def landmarks(self, eta: FloatArray) -> Landmarks:
-        """Return the landmarks at heights, shape (n,) each."""
-        marks = (self._polynomials(eta) @ self._over_heights).T
-        return Landmarks(x0_pull=marks[0], x0_lock=marks[-2], x0_end=marks[-3], x1_init=marks[-1])
-
-    def reactions(self, x0: FloatArray, eta: FloatArray, order: int = 0) -> FloatArray:
+    def reactions(self, x0: FloatArray, at: _Within, order: int) -> FloatArray:
         """Return fx, fy and m, or their derivatives with respect to x0, shape (n, 3).
 
         Parameters
         ----------
-        x0, eta : ndarray, shape (n,)
-            Displacement and height of each state (L).
+        x0 : ndarray, shape (n,)
+            Displacement of each state (L).
+        at : _Within
+            Height of each state.
         order : int
             0 for the reactions, 1 for their derivatives; the formula holds for no higher order.
         """
-        polynomials = self._polynomials(eta)
-        place = self._place(x0, polynomials)
-        found = self._interpolated(self._reactions, place, polynomials, order)
-        return found * place.growth[:, None] ** order
+        place = _placed(at.marks[:, :-2], x0)
+        found = self._interpolated(self._reactions, place, at.polynomials, order)
+        return np.asarray(found * place.growth(order))
 
     def tip_angle(self, x0: FloatArray, eta: FloatArray) -> FloatArray:
         """Return φ1 of states at displacements and heights (rad), shape (n,)."""
@@ -211,13 +247,11 @@ class Heights:
         return Shape(*found)
 
     def pieces_at(self, eta: FloatArray) -> FloatArray:
-        """Cubic pieces of the reactions at one height, shape (stretches, pieces, 4, 3)."""
-        coefficients = np.array([spline.c for spline in self._reactions])
-        return np.asarray(
-            np.ascontiguousarray(
-                np.einsum("spkhc,h->skpc", coefficients, self._polynomials(eta)[0])
-            )
-        )
+        """Cubic pieces of the reactions at the height eta[0], shape (stretches, pieces, 4, 3)."""
+        pieces = self._coefficients
+        # As one matrix: a product of many small ones takes thirty times as long.
+        rows = pieces.reshape(-1, pieces.shape[-1])
+        return np.asarray((rows @ self._polynomials(eta)[0]).reshape(pieces.shape[:-1]))
 
     def _place(self, x0: FloatArray, polynomials: FloatArray) -> _Place:
         return _placed(polynomials @ self._over_heights[:, :-2], x0)
@@ -227,23 +261,29 @@ class Heights:
     ) -> FloatArray:
         found = np.empty((len(polynomials), splines[0].c.shape[-1]))
         for number, spline in enumerate(splines):
-            on = place.stretch == number
+            on = np.flatnonzero(place.stretch == number)
+            if not len(on):
+                continue
             coefficients = spline(place.fraction[on], order)
             found[on] = np.einsum("nk,nkc->nc", polynomials[on], coefficients)
         return found
 
 
 def _placed(bounds: FloatArray, x0: FloatArray) -> _Place:
-    """Place displacements between landmarks, of which `bounds` has a row for each."""
-    rows = np.arange(len(x0))
-    stretch = (x0[:, None] >= bounds[:, 1:-1]).sum(axis=1)
-    width = bounds[rows, stretch + 1] - bounds[rows, stretch]
-    fraction = np.clip((x0 - bounds[rows, stretch]) / width, 0.0, 1.0)
-    last, growth = stretch == bounds.shape[1] - 2, 1.0 / width
+    """Place displacements between landmarks: the same for all, or a row of `bounds` for each."""
+    if bounds.ndim == 1:
+        stretch = np.searchsorted(bounds[1:-1], x0, side="right")
+        begin, end = bounds[stretch], bounds[stretch + 1]
+    else:
+        rows = np.arange(len(x0))
+        stretch = np.count_nonzero(x0[:, None] >= bounds[:, 1:-1], axis=1)
+        begin, end = bounds[rows, stretch], bounds[rows, stretch + 1]
+    width = end - begin
+    fraction = np.clip((x0 - begin) / width, 0.0, 1.0)
+    last = stretch == bounds.shape[-1] - 2
     # Near a limit point the last stretch is graded: see `_knots`.
     fraction[last] = 1.0 - np.sqrt(1.0 - fraction[last])
-    growth[last] /= 2.0 * np.maximum(1.0 - fraction[last], np.finfo(float).eps)
-    return _Place(stretch=stretch, fraction=fraction, growth=growth)
+    return _Place(stretch=stretch, fraction=fraction, width=width, last=last)
 
 
 def _knots(bounds: FloatArray) -> FloatArray:
@@ -299,13 +339,23 @@ class HeightRange:
 
     def _states(self, eta: ArrayLike) -> "HeightStates":
         eta = np.clip(eta, self.parts[0].low, self.parts[-1].high)
-        part_of, flat = self.part_of(eta).ravel(), eta.ravel()
-        found = np.empty((len(Landmarks._fields), len(flat)))
-        for number, part in enumerate(self.parts):
-            on = part_of == number
-            found[:, on] = part.landmarks(flat[on])
+        within = self.divided(eta.ravel())
+        found = np.empty((len(Landmarks._fields), eta.size))
+        for at in within:
+            # The ends of pulling and pushing, the lock, and x1_init.
+            found[:, at.rows] = at.marks[:, [0, -2, -3, -1]].T
         marks = Landmarks(*found.reshape(len(found), *eta.shape))
-        return HeightStates(heights=self, eta=eta, **marks._asdict())
+        return HeightStates(heights=self, eta=eta, within=within, **marks._asdict())
+
+    def divided(self, eta: FloatArray) -> tuple[_Within, ...]:
+        """Divide heights, shape (n,), by the parts in which they lie."""
+        if len(self.parts) == 1:
+            return (self.parts[0].within(eta, slice(None)),)
+        part_of = self.part_of(eta)
+        rows = [np.flatnonzero(part_of == number) for number in range(len(self.parts))]
+        return tuple(
+            part.within(eta[on], on) for part, on in zip(self.parts, rows, strict=True) if len(on)
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -316,12 +366,15 @@ class HeightStates(States):
     ----------
     eta : ndarray
         Heights (L).
+    within : tuple
+        The same heights, in one row, divided by the parts of the range.
     x0_pull, x0_lock, x0_end, x1_init : ndarray
         As in `States`, at these heights (L).
     """
 
     heights: HeightRange
     eta: FloatArray
+    within: tuple[_Within, ...]
     x0_pull: FloatArray
     x0_lock: FloatArray
     x0_end: FloatArray
@@ -331,37 +384,37 @@ class HeightStates(States):
     @cached_property
     def bounds(self) -> FloatArray:
         """Landmarks (L) at the only height in `eta`; the reactions are smooth between them."""
-        part = self.heights.parts[int(self.heights.part_of(self.eta))]
-        return part.bounds_at(np.atleast_1d(self.eta))[0]
+        return self.within[0].marks[0, :-2]
 
     @cached_property
     def _pieces(self) -> FloatArray:
         """Cubic pieces of the reactions at the only height, shape (stretches, pieces, 4, 3)."""
-        part = self.heights.parts[int(self.heights.part_of(self.eta))]
-        return part.pieces_at(np.atleast_1d(self.eta))
+        return self.within[0].part.pieces_at(np.atleast_1d(self.eta))
 
     def _at_one_height(self, x0: FloatArray, order: int) -> FloatArray:
         """Evaluate the reactions at the only height, as `Heights.reactions` does, but faster."""
-        place = _placed(np.broadcast_to(self.bounds, (len(x0), len(self.bounds))), x0)
+        place = _placed(self.bounds, x0)
         position = place.fraction * (KNOTS - 1)
         piece = np.minimum(position.astype(np.int64), KNOTS - 2)
         c = self._pieces[place.stretch, piece]
         t = ((position - piece) / (KNOTS - 1))[:, None]
         if order == 0:
             return ((c[:, 0] * t + c[:, 1]) * t + c[:, 2]) * t + c[:, 3]
-        return ((3.0 * c[:, 0] * t + 2.0 * c[:, 1]) * t + c[:, 2]) * place.growth[:, None]
+        return np.asarray(((3.0 * c[:, 0] * t + 2.0 * c[:, 1]) * t + c[:, 2]) * place.growth(order))
 
     def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
         """See `States`; `order` is 0 or 1."""
+        x0 = np.asarray(x0, dtype=float)
         if self.eta.ndim == 0:
-            x0 = np.asarray(x0, dtype=float)
             return self._at_one_height(x0.ravel(), order).reshape(*x0.shape, len(LOADS))
-        x0, heights = np.broadcast_arrays(np.asarray(x0, dtype=float), self.eta)
-        flat, eta = x0.ravel(), heights.ravel()
-        found, part_of = np.empty((len(flat), len(LOADS))), self.heights.part_of(eta)
-        for number, part in enumerate(self.heights.parts):
-            on = part_of == number
-            found[on] = part.reactions(flat[on], eta[on], order)
+        within = self.within
+        if x0.shape != self.eta.shape:
+            x0, eta = np.broadcast_arrays(x0, self.eta)
+            within = self.heights.divided(eta.ravel())
+        flat = x0.ravel()
+        found = np.empty((len(flat), len(LOADS)))
+        for at in within:
+            found[at.rows] = at.part.reactions(flat[at.rows], at, order)
         return found.reshape(*x0.shape, len(LOADS))
 
     def tip_angle(self, x0: ArrayLike) -> FloatArray:

@@ -104,21 +104,37 @@ class _Slide(NamedTuple):
 class _Forces(NamedTuple):
     """Forces along a part of a slide, times 1/cos γ, as functions of its distance (E·I0/L²).
 
-    `driving` is the tangential force in the direction of the slide, `friction` the kinetic friction
-    that opposes it, and `normal` the normal force.
+    Attributes
+    ----------
+    breaks : ndarray, shape (cells + 1,)
+        Distances that divide the part into cells (L).
+    coefficients : ndarray, shape (3, n, cells)
+        Bernstein coefficients of `driving`, `friction` and `normal` in each cell.
     """
 
-    driving: "BPoly"
-    friction: "BPoly"
-    normal: "BPoly"
+    breaks: FloatArray
+    coefficients: FloatArray
+
+    @property
+    def driving(self) -> "BPoly":
+        """The tangential force in the direction of the slide."""
+        return _polynomials(self.coefficients[0], self.breaks)
+
+    @property
+    def friction(self) -> "BPoly":
+        """The kinetic friction that opposes the slide."""
+        return _polynomials(self.coefficients[1], self.breaks)
+
+    @property
+    def normal(self) -> "BPoly":
+        """The normal force."""
+        return _polynomials(self.coefficients[2], self.breaks)
 
     def followed_by(self, others: "_Forces") -> "_Forces":
         """Append the forces along the next part of the slide."""
         return _Forces(
-            *(
-                _polynomials(np.hstack([one.c, other.c]), np.append(one.x, other.x[1:]))
-                for one, other in zip(self, others, strict=True)
-            )
+            breaks=np.append(self.breaks, others.breaks[1:]),
+            coefficients=np.concatenate([self.coefficients, others.coefficients], axis=2),
         )
 
 
@@ -385,7 +401,7 @@ class Slip:
                     dissipated=float(forces.friction.integrate(0.0, stop)),
                 )
             if part.lost is not None:
-                return _Slide(contact + onward * float(forces.normal.x[-1]), lost=part.lost)
+                return _Slide(contact + onward * float(forces.breaks[-1]), lost=part.lost)
         # The surface is not known further on, or the rod has no further states.
         self.surface(contact + onward * self._longest(contact, way))
         return _Slide(contact + onward * end, lost=Lost.BENT)
@@ -395,7 +411,7 @@ class Slip:
         if self.model.law is SlipLaw.FREE:
             return first_fall(forces.driving)
         # What drives the tip beyond friction makes it faster; its integral is the kinetic energy.
-        net = _polynomials(forces.driving.c - forces.friction.c, forces.driving.x)
+        net = _polynomials(forces.coefficients[0] - forces.coefficients[1], forces.breaks)
         return first_spent(net, self.model.loss)
 
     def _landing(self, contact: float, way: int, takes_off: float) -> _Slide:
@@ -406,8 +422,8 @@ class Slip:
             if end <= begin:
                 continue
             part = self._followed(contact, way, begin, end)
-            normal = part.forces.normal
-            lands = first_fall(_polynomials(-normal.c, normal.x))
+            breaks, coefficients = part.forces
+            lands = first_fall(_polynomials(-coefficients[2], breaks))
             if np.isfinite(lands):
                 return _Slide(self._stopped(contact, onward, lands), takes_off=off)
             if part.lost is not None:
@@ -495,12 +511,8 @@ class Slip:
         slope = 0.0 if plane else self.side * surface.slope(place)
         tangential, normal = _resolved(held, slope)
         friction = self.model.kinetic_ratio * surface(place) * normal
-        forces = _Forces(
-            *(
-                _polynomials(cell.coefficients @ one.T, breaks)
-                for one in (-way * tangential, friction, normal)
-            )
-        )
+        values = np.array([-way * tangential, friction, normal])
+        forces = _Forces(breaks, cell.coefficients @ values.transpose(0, 2, 1))
         room = np.inf if plane else float(self._rooms(held, np.asarray(lift), way).min())
         return _Part(forces=forces, room=room)
 
@@ -518,13 +530,15 @@ class Slip:
 def _resolved(held: Held, slope: FloatArray | float) -> ContactForces:
     """Resolve the forces on a tip in given states of the rod, for a slope of the surface."""
     states, x0 = held
-    fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
-    return contact_forces(fx, fy, slope)
+    loads = states(states.clip(x0))
+    return contact_forces(loads[..., 0], loads[..., 1], slope)
 
 
 def _divided(breaks: FloatArray, longest: float) -> FloatArray:
     """Divide the cells between increasing positions equally until none is too long (L)."""
     width = np.diff(breaks)
+    if width.max(initial=0.0) * (1.0 - FULL) <= longest:
+        return breaks
     counts = np.maximum(np.ceil(width / longest * (1.0 - FULL)), 1.0).astype(np.int64)
     within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.append(

@@ -162,9 +162,11 @@ class Tip:
         The tip sticks while none is negative. `Margin` names the rows.
         """
         states, x0 = self.held(clamp)
-        fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
+        loads = states(states.clip(x0))
         ahead, behind = self.footing.ahead, self.footing.behind
-        before, after = (contact_forces(fx, fy, face.slope) for face in (ahead, behind))
+        before, after = (
+            contact_forces(loads[..., 0], loads[..., 1], face.slope) for face in (ahead, behind)
+        )
         return np.array(
             [
                 before.tangential + ahead.mu0 * before.normal,
@@ -211,6 +213,8 @@ class Tip:
         """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
         from scipy.optimize import brentq  # a tenth of a second to load
 
+        if begin == end:
+            return way * np.inf
         states, _ = self.held(begin)
         stretch = way * float(states.x0_end - states.x0_pull)
         while begin != end:

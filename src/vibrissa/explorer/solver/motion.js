@@ -8,7 +8,7 @@ import { demand } from "./rod/state.js";
 
 /** Intervals over which the energy of a slip is summed, and how often a tip may slide back. */
 const STRETCHES = 24;
-const MOST_SLIDES = 100;
+export const MOST_SLIDES = 100;
 const TOLERANCE = 1e-12;
 /** Displacements that differ by less are the same. */
 const SAME = 1e-9;
@@ -37,6 +37,8 @@ export function stickingOf(path, friction, x0 = 0) {
   return {
     path,
     friction,
+    ahead: friction.mu0,
+    behind: -friction.mu0,
     high,
     highBy,
     low: Number.isNaN(low) ? path.x0Pulled : low,
@@ -99,13 +101,13 @@ export function isMirrored(path) {
  * Limit that ends sticking before `aim`; a tip that friction no longer holds at x0 is at its limit.
  * @type {(sticking: Sticking, x0: number, aim: number) => { x0: number, by: Limit } | null}
  */
-function limitOf({ low, lowBy, high, highBy }, x0, aim) {
+export function limitOf({ low, lowBy, high, highBy }, x0, aim) {
   if (aim > high + TOLERANCE) return { x0: Math.max(high, x0), by: highBy };
   return aim < low - TOLERANCE ? { x0: Math.min(low, x0), by: lowBy } : null;
 }
 
 /** Events that the rod passes while the tip sticks. @type {(sticking: Sticking, place: Place, to: number) => Incident[]} */
-function passed(sticking, { clamp, x0: from, side }, to) {
+export function passed(sticking, { clamp, x0: from, side }, to) {
   const lies = sticking.path.branch.model === "line";
   /** @type {[number, Incident["what"], Incident["what"]][]} */
   const marks = [

@@ -16,6 +16,8 @@ const ROUGHLY = 1e-3;
 const CLOSELY = 1e-9;
 /** Rounding error of a force. */
 const ROUNDING = 1e-9;
+/** Lowest and largest height at which a period can begin, if the height changes from period to period. */
+export const HEIGHTS = { low: 0.05, high: 0.998 };
 
 /**
  * Solve the path of a rod on at least `fewest` nodes, a number that was enough for a similar rod.
@@ -89,7 +91,7 @@ function assembled(pushed, pulled) {
  * The states of an arm in which `value` rises through zero, one after the other; `condition` is the same as an equation.
  * @type {(arm: Arm, value: (state: State) => number, condition: Condition) => Generator<State, void, void>}
  */
-function* rises({ branch, knots }, value, condition) {
+export function* rises({ branch, knots }, value, condition) {
   for (let i = 1; i < knots.length; i += 1) {
     const [from, to] = [knots[i - 1], knots[i]];
     if (!(value(from.state) < 0 && value(to.state) >= 0 && to.step > 0)) continue;

@@ -1,6 +1,6 @@
 // Fields that change the settings: numbers with sliders, and choices.
 
-import { CHOICES, MOUNTING_NUMBERS, NUMBERS, numberOf, ROD_NUMBERS } from "./settings.js";
+import { CHOICES, MOUNTING_NUMBERS, NUMBERS, numberOf, ROD_NUMBERS, WAVE_NUMBERS } from "./settings.js";
 
 /** Most letters of names that are shown side by side; longer names are shown in a list. */
 const SHORT_WORD = 10;
@@ -15,7 +15,7 @@ export function element(tag, attributes, ...children) {
 
 export class Controls {
   /**
-   * @param {Record<"fields" | "choices" | "mounting" | "rod", HTMLElement>} places
+   * @param {Record<"fields" | "choices" | "mounting" | "wave" | "rod", HTMLElement>} places
    * @param {(change: Partial<Settings>) => void} changed
    */
   constructor(places, changed) {
@@ -27,6 +27,7 @@ export class Controls {
     for (const field of NUMBERS) places.fields.append(this.number(field, true));
     for (const field of CHOICES) places.choices.append(this.choice(field));
     for (const field of MOUNTING_NUMBERS) places.mounting.append(this.number(field, true));
+    for (const field of WAVE_NUMBERS) places.wave.append(this.number(field, true));
     for (const field of ROD_NUMBERS) places.rod.append(this.number(field, false));
   }
 

@@ -7,13 +7,13 @@ import { listenToClamp, listenToCurve, listenToFiles, listenToMap } from "./hand
 import { Introduction, showHelp } from "./help.js";
 import { misfitOf } from "./misfit.js";
 import { Model, pinsOf } from "./model.js";
-import { EnergyPlot, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
+import { EnergyPlot, RegimePlot, SignalPlot, StickingPlot, WavePlot } from "./panels.js";
 import { Readouts } from "./readouts.js";
-import { CLAMP_RANGE, DEFAULTS, fromAddress, lawOf, MOST_PINS, MOUNTING_NUMBERS, toAddress } from "./settings.js";
+import { CLAMP_RANGE, DEFAULTS, fromAddress, lawOf, MOST_PINS, MOUNTING_NUMBERS, toAddress, WAVE_NUMBERS } from "./settings.js";
 import { Stage } from "./stage.js";
 import { set, significant, withoutNoise, write } from "./svg.js";
 import { NONDIMENSIONAL, unitsOf } from "./units.js";
-import { condition, mounted, parameters, rodName, told } from "./words.js";
+import { condition, mounted, parameters, rodName, surfaced, told } from "./words.js";
 
 /** Arc lengths of the points of the drawn rod. */
 const POINTS = Float64Array.from({ length: 81 }, (_, i) => i / 80);
@@ -45,7 +45,7 @@ const JUMPS = ["slips", "swings", "snaps"];
 const MOTIONS = { slips: "slips", swings: "buckles laterally", snaps: "snaps through" };
 
 /** @type {Incident["what"][]} */
-const ENDS = ["swings", "snaps", "slips back", "flies off", "lifts", "inadmissible", "lost"];
+const ENDS = ["swings", "snaps", "slips back", "flies off", "is lost", "lifts", "inadmissible", "lost"];
 
 export class Explorer {
   /** @param {HTMLElement} root */
@@ -67,9 +67,12 @@ export class Explorer {
       new SignalPlot(this.graphic("m"), "m", true),
       new RegimePlot(this.graphic("regimes")),
       new EnergyPlot(this.graphic("energy")),
+      new WavePlot(this.graphic("wave"), this.at("waves")),
     ];
-    const [fields, choices, mounting, rod] = ["fields", "choices", "mounting", "rod"].map((name) => this.at(name));
-    this.controls = new Controls({ fields, choices, mounting, rod }, (change) => {
+    const [fields, choices, mounting, wave, rod] = ["fields", "choices", "mounting", "wave-fields", "rod"].map((name) => {
+      return this.at(name);
+    });
+    this.controls = new Controls({ fields, choices, mounting, wave, rod }, (change) => {
       this.introduction.did("controls");
       this.change(change);
     });
@@ -89,6 +92,8 @@ export class Explorer {
     this.uncompared = false;
     /** @type {Partial<Settings> | null} */
     this.waiting = null;
+    /** Whether the wave is on the page. */
+    this.wavy = false;
     this.dirty = true;
     this.spokenAt = -Infinity;
     /** @type {string | null} */
@@ -254,13 +259,13 @@ export class Explorer {
   readAddress() {
     const found = fromAddress(location.hash);
     if (!found || location.hash.slice(1) === this.written) return;
-    const { settings, clamp, x0, side, pins, mistakes } = found;
+    const { settings, clamp, x0, tip, side, pins, mistakes } = found;
     const { recorded } = this;
     this.take({ name: "", note: "", settings, clamp: 0, play: false, recording: null });
     this.recorded = recorded;
     this.choice.value = "";
-    const moves = Number.isNaN(x0);
-    this.model.restore(moves ? 0 : clamp, moves ? 0 : x0, side);
+    const moves = Number.isNaN(settings.amplitude === 0 ? x0 : tip);
+    this.model.restore(moves ? 0 : clamp, moves || Number.isNaN(x0) ? 0 : x0, side, moves ? NaN : tip);
     if (moves) this.told(this.model.moveTo(clamp));
     this.slide = null;
     this.pins = pinsOf(pins);
@@ -268,8 +273,8 @@ export class Explorer {
   }
 
   get address() {
-    const { settings, place } = this.model;
-    return toAddress({ settings, ...place, pins: this.pins.map((pin) => pin.settings) });
+    const { settings, place, contact } = this.model;
+    return toAddress({ settings, ...place, tip: contact, pins: this.pins.map((pin) => pin.settings) });
   }
 
   writeAddress() {
@@ -324,12 +329,13 @@ export class Explorer {
   }
 
   /** The rod before a jump, and the way of its contact point. @type {(event: Incident) => Omit<Jump, "part"> | null} */
-  jumpOf({ what, clamp, x0, rest, side }) {
+  jumpOf(event) {
+    const { what, clamp, x0, rest, side, slid } = event;
     const { model } = this;
     if (!model.sticking) return null;
     const { path } = model.sticking;
     const way = what === "swings" && isMirrored(path) ? -side : side;
-    const before = model.reading({ clamp, x0, side: way });
+    const before = slid ? model.readingIn(event, 0) : model.reading({ clamp, x0, side: way });
     const after = model.reading({ clamp, x0: rest, side });
     if (!before || !after) return null;
     const { x, y } = path.branch.rod.shape(before.state, POINTS);
@@ -395,6 +401,9 @@ export class Explorer {
       if (MOUNTING_NUMBERS.some(({ key }) => key in (this.waiting ?? {}))) {
         this.unspoken = `Mounting: ${mounted(this.model.settings)}.`;
       }
+      if (WAVE_NUMBERS.some(({ key }) => key in (this.waiting ?? {}))) {
+        this.unspoken = `Surface: ${surfaced(this.model.settings)}.`;
+      }
       this.waiting = null;
     }
     if (this.slide) {
@@ -434,7 +443,8 @@ export class Explorer {
   shown(done) {
     const { model, slide } = this;
     if (!slide || !model.sticking) return model.now;
-    const { what, clamp, x0, rest, side } = slide.event;
+    const { what, clamp, x0, rest, side, slid } = slide.event;
+    if (slid) return model.readingIn(slide.event, done) ?? model.now;
     const at = what === "slips" ? x0 + (rest - x0) * done : rest;
     return model.reading({ clamp, x0: at, side }) ?? model.now;
   }
@@ -449,7 +459,12 @@ export class Explorer {
     root.classList.toggle("ratio", lawOf(settings) !== "free");
     root.classList.toggle("oblique", settings.delta !== 0);
     root.classList.toggle("line", settings.contact === "line");
+    if (root.classList.toggle("wave", settings.amplitude !== 0) !== this.wavy) {
+      this.wavy = !this.wavy;
+      this.resized();
+    }
     write(this.at("mounted"), mounted(settings));
+    write(this.at("surfaced"), surfaced(settings));
     this.at("unpin").toggleAttribute("disabled", this.pins.length === 0);
     const failed = !sticking || !now || !curve;
     root.classList.toggle("failed", failed || message !== "");
@@ -461,7 +476,9 @@ export class Explorer {
     this.uncompared = true;
     const { units, pins } = this;
     const recording = this.recorded(settings);
-    const view = { settings, units, sticking, curve, now, trace: model.trace, recording, divisions: this.map.divisions, pins };
+    const { trace, rests, slipsInWave } = model;
+    const { divisions } = this.map;
+    const view = { settings, units, sticking, curve, now, trace, rests, slipsInWave, recording, divisions, pins };
     for (const part of [...this.plots, this.readouts]) part.show(view);
     for (const [key, quantity] of /** @type {[string, Quantity][]} */ ([
       ["sticking", "length"], ["fx", "force"], ["fy", "force"], ["m", "moment"], ["energy", "energy"],

@@ -1,7 +1,7 @@
 // Exports: the page's drawings as SVG or PNG, its readings as CSV.
 
 import { COLUMNS } from "./recording.js";
-import { lawOf, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
+import { lawOf, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS, WAVE_NUMBERS, waveOf } from "./settings.js";
 import { drawn, set, withoutNoise } from "./svg.js";
 import { NONDIMENSIONAL, plainName } from "./units.js";
 
@@ -78,6 +78,7 @@ function copied(card, to) {
   const box = card.getBoundingClientRect();
   for (const svg of card.querySelectorAll("svg")) {
     const { left, top, width, height } = svg.getBoundingClientRect();
+    if (width === 0) continue; // hidden
     const copy = /** @type {SVGSVGElement} */ (svg.cloneNode(true));
     set(copy, { x: left - box.left, y: top - box.top, width, height });
     const nodes = copy.querySelectorAll("*");
@@ -88,7 +89,8 @@ function copied(card, to) {
     to.append(copy);
   }
   for (const title of card.querySelectorAll("[data-title]")) {
-    const { left, bottom } = title.getBoundingClientRect();
+    const { left, bottom, width } = title.getBoundingClientRect();
+    if (width === 0) continue;
     const fill = getComputedStyle(title).color;
     const text = drawn(to, "text", { x: left - box.left, y: bottom - box.top - 5, "font-size": 13, fill });
     text.textContent = (title.textContent ?? "").replace(/\s+/g, " ").trim();
@@ -114,7 +116,8 @@ export async function asPng({ text, width, height }) {
  * @type {(trace: Reading[], settings: Settings, units: Units) => string}
  */
 export function asCsv(trace, settings, { scale, name }) {
-  const fields = [...NUMBERS, ...MOUNTING_NUMBERS, ...(settings.units === "si" ? ROD_NUMBERS : [])];
+  const wave = waveOf(settings) ? WAVE_NUMBERS : [];
+  const fields = [...NUMBERS, ...MOUNTING_NUMBERS, ...wave, ...(settings.units === "si" ? ROD_NUMBERS : [])];
   const given = [...fields.map(({ key }) => settings[key]), settings.contact, settings.section, lawOf(settings)];
   const names = fields.map(({ key, unit = "1" }) => `${key} [${plainName(unit)}]`);
   const titles = READINGS.map(([, title, quantity]) => {

@@ -58,20 +58,22 @@ export function listenToClamp(explorer) {
 /** Drag the line of friction, or the point on the sticking curve. @param {Explorer} explorer */
 export function listenToCurve(explorer) {
   const { plot, sliders } = /** @type {StickingPlot} */ (explorer.plots[0]);
+  /** Friction whose line is at a height of the plot. @param {number} demand */
+  const frictionAt = (demand) => Math.tan(Math.atan(demand) - explorer.model.inclination);
   const friction = (/** @type {number} */ mu0) => {
     explorer.introduction.did("curve");
     explorer.change({ mu0: rounded(mu0, FRICTION_STEP, 0.02, 2) });
   };
   dragged(plot.svg, (event) => {
     explorer.play(false);
-    const { mu0 } = explorer.model.settings;
+    const line = explorer.model.sticking?.ahead ?? NaN;
     const place = plot.placeOf(event);
     const isPoint = event.target === sliders.now;
-    const isLine = !isPoint && Math.abs(place.y - plot.y(mu0)) < HOLD;
+    const isLine = !isPoint && Math.abs(place.y - plot.y(line)) < HOLD;
     /** @param {Point} place */
     const move = (place) => {
       const { x, y } = plot.valueAt(place);
-      if (isLine) friction(y);
+      if (isLine) friction(frictionAt(y));
       else explorer.stickAt(x / explorer.units.scale.length);
     };
     (isLine ? sliders.handle : sliders.now).focus({ preventScroll: true });

@@ -1,15 +1,21 @@
 // The plots beside the rod: friction required to stick, load on the clamp, map of regimes, energy.
 
 import { displacement } from "../solver/arm.js";
+import { heightOf } from "../solver/wave.js";
 import { Plot } from "./plot.js";
 import { lastStep, onsetOf } from "./readouts.js";
-import { MOST_PINS } from "./settings.js";
-import { set, significant, spelled, withoutNoise } from "./svg.js";
+import { MOST_SLIPS } from "./model.js";
+import { MOST_PINS, waveOf } from "./settings.js";
+import { set, significant, spelled, withoutNoise, write } from "./svg.js";
 import { scaled } from "./units.js";
 import { rodName } from "./words.js";
 
 const RADIUS = 5;
 const SMALL = 3.5;
+/** Length (L) and least and largest number of the waves that are drawn; points of each. */
+const WAVES_LENGTH = 0.2;
+const [LEAST_WAVES, MOST_WAVES] = [3, 24];
+const WAVE_PARTS = 40;
 
 /** Friction −tan α required to stick, over x0, with lines at ±μ0. */
 export class StickingPlot {
@@ -30,33 +36,35 @@ export class StickingPlot {
     const { plot } = this;
     const { path } = sticking;
     const { mu0 } = settings;
+    const { ahead, behind } = sticking;
     const { length } = units.scale;
     const peaks = [path.muLock, ...pins.map(({ muLock }) => muLock)];
     const ends = [path.x0End, ...pins.map(({ curve }) => curve.x0[curve.x0.length - 1])];
-    const top = 1.22 * Math.max(mu0, ...peaks.map((peak) => (Number.isFinite(peak) ? Math.min(peak, 2.5) : 1)));
+    const top = 1.22 * Math.max(Math.min(ahead, 2.5), ...peaks.map((peak) => (Number.isFinite(peak) ? Math.min(peak, 2.5) : 1)));
     // A pulled tip needs room; the frame stays as it is while the tip sticks and slips.
     const pulled = trace.some(({ x0 }) => withoutNoise(x0) < 0);
     plot.setFrame({
       left: length * Math.max(path.x0Pulled, Math.min(-0.15 * path.x0End, pulled ? 1.1 * sticking.low : 0)),
       right: 1.03 * length * Math.max(...ends),
-      low: -Math.max(0.3 * top, pulled ? 1.1 * mu0 : 0),
+      low: -Math.max(0.3 * top, pulled ? 1.1 * Math.min(-behind, 2.5) : 0),
       high: top,
     });
     plot.axes = { x: ["x0", units.name.length], y: ["−tan α", ""] };
     const { left, right } = plot.frame;
     plot.line("zero", [left, right], [0, 0]);
-    plot.line("friction", [left, right], [mu0, mu0]);
-    plot.line("friction2", [left, right], [-mu0, -mu0]);
+    plot.line("friction", [left, right], [ahead, ahead]);
+    plot.line("friction2", [left, right], [behind, behind]);
     this.showPins(pins, length);
     plot.line("curve", scaled(curve.x0, length), curve.demand);
-    plot.mark("handle", right, mu0, RADIUS);
-    plot.label("note", right, mu0, `μ0 = ${spelled(mu0, 3)}`, { dx: 9, dy: -7, end: true });
+    plot.mark("handle", right, ahead, RADIUS);
+    const slope = waveOf(settings) ? " on the slope" : "";
+    plot.label("note", right, ahead, `μ0 = ${spelled(mu0, 3)}${slope}`, { dx: 9, dy: -7, end: true });
     const lock = path.lock ? length * displacement(path.branch, path.lock.state) : NaN;
     plot.mark("lock", lock, path.muLock, SMALL);
     plot.label("note2", lock, path.muLock, `μ_lock = ${spelled(path.muLock, 4)}`, { dx: 4, dy: -7 });
     const slip = length * onsetOf(sticking);
-    plot.line("onset", [slip, slip], [0, mu0]);
-    plot.mark("onsetmark", slip, mu0, SMALL);
+    plot.line("onset", [slip, slip], [0, ahead]);
+    plot.mark("onsetmark", slip, ahead, SMALL);
     const step = length * lastStep(onsetOf(sticking), settings.dx0);
     plot.line("level", [step, step], [-0.05 * top, 0.05 * top]);
     plot.label("note3", step, 0, "x0,max", { dx: 4, dy: 13 });
@@ -175,5 +183,48 @@ export class EnergyPlot {
     plot.line("curve", scaled(curve.x0, length), scaled(curve.energy, factor));
     plot.line("onset", [length * high, length * high], [plot.frame.low, plot.frame.high]);
     plot.mark("now", length * now.x0, factor * now.energy, RADIUS);
+  }
+}
+
+/** The wave around the tip, with magnified heights, and the places at which the last slips ended. */
+export class WavePlot {
+  /**
+   * @param {SVGSVGElement} svg
+   * @param {HTMLElement} caption
+   */
+  constructor(svg, caption) {
+    this.plot = new Plot(svg, true);
+    this.caption = caption;
+  }
+
+  /** @param {View} view */
+  show({ settings, units, now, rests, slipsInWave }) {
+    const { plot } = this;
+    const wave = waveOf(settings);
+    if (!wave) return;
+    const { amplitude, wavelength } = wave;
+    const { length } = units.scale;
+    /** Distance from the clamp's level. @param {number} x */
+    const level = (x) => length * (settings.eta - heightOf(wave, x));
+    const waves = Math.min(MOST_WAVES, Math.max(LEAST_WAVES, Math.ceil(WAVES_LENGTH / wavelength - 1e-9)));
+    // The window moves by whole waves.
+    const first = wavelength * (Math.floor(now.contact / wavelength) - waves + 2);
+    const last = first + waves * wavelength;
+    plot.axes = { x: ["x", units.name.length], y: ["η − h", units.name.length] };
+    const high = length * (settings.eta + 1.6 * amplitude);
+    plot.setFrame({ left: length * first, right: length * last, low: length * (settings.eta - 1.6 * amplitude), high });
+    const x = Array.from({ length: waves * WAVE_PARTS + 1 }, (_, k) => first + (k * wavelength) / WAVE_PARTS);
+    plot.area("material", x.map((at) => length * at), x.map(level), high);
+    plot.line("profile", x.map((at) => length * at), x.map(level));
+    for (let i = 0; i <= MOST_SLIPS; i += 1) {
+      const at = rests[i] ?? NaN;
+      plot.mark(`rest${i}`, length * at, level(at), SMALL);
+    }
+    plot.mark("now", length * now.contact, level(now.contact), RADIUS);
+    const [along, up] = [plot.x(1) - plot.x(0), plot.y(0) - plot.y(1)];
+    const counted = rests.length - 1;
+    const slips = counted > 0 ? `${spelled(slipsInWave, 2)} slips in a wave (the last ${counted})` : "fewer than two slips";
+    const scale = Number((up / along).toPrecision(2));
+    write(this.caption, `${slips}; circles: places of rest; heights magnified ${scale} times`);
   }
 }

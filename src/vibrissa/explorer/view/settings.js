@@ -23,6 +23,8 @@ export const DEFAULTS = {
   stiffening: 0,
   bore: 0,
   delta: 0,
+  amplitude: 0,
+  wavelength: 0.025,
 };
 
 /** @type {NumberField[]} */
@@ -58,6 +60,14 @@ export const MOUNTING_NUMBERS = [
 ];
 
 /** @type {NumberField[]} */
+export const WAVE_NUMBERS = [
+  { key: "amplitude", symbol: "A", label: "amplitude of a wave", min: 0, max: 0.01, step: 0.00001, unit: "L",
+    help: "The surface has the height A·sin(2πx/λ). 0 is a plane. On a rod of 100 mm, 0.0001 L is 10 µm." },
+  { key: "wavelength", symbol: "λ", label: "wavelength", min: 0.002, max: 0.5, step: 0.0005, unit: "L",
+    help: "Near the distance of the slips on a plane, one slip ends in each wave: the slips lock to it." },
+];
+
+/** @type {NumberField[]} */
 export const ROD_NUMBERS = [
   { key: "modulus", symbol: "E", label: "Young’s modulus", min: 0.001, max: 1000, step: 0.001, unit: "GPa",
     help: "Steel has about 210 GPa, a whisker about 3 GPa." },
@@ -88,12 +98,21 @@ export const CLAMP_RANGE = { min: -5, max: 50 };
 /** Curves that can be pinned at the same time. */
 export const MOST_PINS = 3;
 /** Clamp and tip in an address. */
-const POSITIONS = ["clamp", "x0"].map((key) => ({ key, symbol: key, ...CLAMP_RANGE }));
+const POSITIONS = [
+  ...["clamp", "x0"].map((key) => ({ key, symbol: key, ...CLAMP_RANGE })),
+  // The tip is within a rod's length of the clamp.
+  { key: "tip", symbol: "tip", min: CLAMP_RANGE.min - 1, max: CLAMP_RANGE.max + 1 },
+];
 const SIDES = { key: "side", words: [["1"], ["-1"]] };
 
 /** The law by which slips end: on an oblique stage always at α = 0. @type {(settings: Settings) => SlipLaw} */
 export function lawOf({ law, delta }) {
   return delta === 0 ? law : "free";
+}
+
+/** The wave of the surface; null on a plane. @type {(settings: Settings) => Wave | null} */
+export function waveOf({ amplitude, wavelength }) {
+  return amplitude === 0 ? null : { amplitude, wavelength };
 }
 
 /** @type {(settings: Settings) => Mounting} */
@@ -104,18 +123,20 @@ export function mountingOf({ beta, compliance, kappa0, kappa1, stiffening, bore,
 }
 
 /** The text after the # of an address. @type {(shared: Shared) => string} */
-export function toAddress({ settings, clamp, x0, side, pins }) {
+export function toAddress({ settings, clamp, x0, tip, side, pins }) {
   const texts = new URLSearchParams();
   for (const [key, value] of Object.entries(settings)) {
     const always = key === "theta" || key === "eta" || key === "mu0";
     if (always || value !== DEFAULTS[/** @type {keyof Settings} */ (key)]) texts.append(key, String(value));
   }
   if (clamp !== 0 || x0 !== 0) {
-    for (const [key, value] of Object.entries({ clamp, x0 })) texts.append(key, String(Number(value.toFixed(9))));
+    // On a wave x0 is measured from another place in each period.
+    const positions = Number.isNaN(tip) ? { clamp, x0 } : { clamp, tip };
+    for (const [key, value] of Object.entries(positions)) texts.append(key, String(Number(value.toFixed(9))));
   }
   if (side < 0) texts.append("side", "-1");
   for (const pin of pins) {
-    texts.append("pin", toAddress({ settings: pin, clamp: 0, x0: 0, side: 1, pins: [] }));
+    texts.append("pin", toAddress({ settings: pin, clamp: 0, x0: 0, tip: NaN, side: 1, pins: [] }));
   }
   return texts.toString();
 }
@@ -126,13 +147,13 @@ export function toAddress({ settings, clamp, x0, side, pins }) {
  */
 export function fromAddress(text) {
   const given = new URLSearchParams(text.replace(/^#/, ""));
-  const numbers = [...NUMBERS, ...MOUNTING_NUMBERS, ...ROD_NUMBERS, ...POSITIONS];
+  const numbers = [...NUMBERS, ...MOUNTING_NUMBERS, ...WAVE_NUMBERS, ...ROD_NUMBERS, ...POSITIONS];
   const choices = [...CHOICES, SIDES];
   if (![...given.values()].some(Boolean)) return null;
   const known = ["pin", ...[...numbers, ...choices].map(({ key }) => key)];
   const unknown = [...given.keys()].filter((key) => !known.includes(key));
   const mistakes = unknown.map((key) => `${key} in the address is not a known key`);
-  const values = { ...DEFAULTS, clamp: 0, x0: NaN, side: "1" };
+  const values = { ...DEFAULTS, clamp: 0, x0: NaN, tip: NaN, side: "1" };
   for (const field of [...numbers, ...choices]) {
     const word = given.get(field.key);
     if (word === null) continue;
@@ -148,8 +169,8 @@ export function fromAddress(text) {
     if (pin) pins.push(pin.settings);
     mistakes.push(...(pin ? pin.mistakes : ["a pin in the address has no settings"]));
   }
-  const { clamp, x0, side, ...settings } = values;
-  return { settings, clamp, x0, side: Number(side), pins, mistakes };
+  const { clamp, x0, tip, side, ...settings } = values;
+  return { settings, clamp, x0, tip, side: Number(side), pins, mistakes };
 }
 
 /** @type {(word: string, field: { words: string[][] }) => { value: string, mistake: string }} */

@@ -1,5 +1,7 @@
 // The rod between its clamp and the surface, with the force in its friction cone.
 
+import { heightOf, slopeOf } from "../solver/wave.js";
+import { waveOf } from "./settings.js";
 import { drawn, Parts, pathThrough, set, spelled, ticks } from "./svg.js";
 
 /** Half of the base's diameter, and half of the clamp's width, both exaggerated (L). */
@@ -18,6 +20,9 @@ const CONE = 0.3;
 const LONGEST = 2.4;
 /** Pixels from the surface to the dimension line of a slip. */
 const JUMP = 16;
+/** Pixels from point to point of a wave, and its points in a wavelength. */
+const WAVE_PIXELS = 3;
+const WAVE_POINTS = 24;
 const RADIAN = Math.PI / 180;
 
 /** A line between two lines. @type {(from: Line, to: Line, part: number) => Line} */
@@ -88,8 +93,10 @@ export class Stage {
     /** @param {Line} line */
     const pixels = (line) => ({ x: line.x.map((value) => this.x(value)), y: line.y.map(up) });
     const [shown, old] = [pixels(rod), pixels(ghost)];
+    const wave = waveOf(settings);
+    const crest = this.top - (wave ? wave.amplitude * this.scale : 0);
     // No real rod passes through the surface.
-    const above = shown.y.findIndex((y) => y < this.top - 1);
+    const above = shown.y.findIndex((y) => y < crest - 1);
     const real = above < 0 ? shape.s.length : above + 1;
     const part = { x: shown.x.subarray(0, real), y: shown.y.subarray(0, real) };
     this.parts.path("rod", this.outline(theta, shape.s.subarray(0, real), part));
@@ -104,7 +111,8 @@ export class Stage {
     const rail = [0, this.width].map((x) => base.y + under - slope * (x - base.x));
     this.parts.path("rail", delta === 0 ? "M0 0" : `M0 ${rail[0]}L${this.width} ${rail[1]}`);
     // If the rod lies on the surface, the contact point is at s_c, before the tip.
-    const contact = { x: this.x(now.contact - side * (1 - now.sc)), y: this.top };
+    const lift = wave ? heightOf(wave, now.contact) : 0;
+    const contact = { x: this.x(now.contact - side * (1 - now.sc)), y: this.top + lift * this.scale };
     set(this.contact, { cx: contact.x, cy: contact.y });
     this.contact.classList.toggle("slides", scene.slides);
     const force = this.drawForce(scene, contact);
@@ -119,7 +127,8 @@ export class Stage {
    * Fit the window to the rod, and let it follow the clamp; draw surface and ruler if the window has changed.
    * @type {(scene: Scene, rod: { x: Float64Array, y: Float64Array }, clamp: number, rise: number) => void}
    */
-  look({ settings: { eta }, length }, { x, y }, clamp, rise) {
+  look({ settings, length }, { x, y }, clamp, rise) {
+    const { eta } = settings;
     // A rod that would penetrate the surface needs more room, and so does a stage that leaves it.
     const above = Math.max(ABOVE, Math.max(...y) - eta + HALF_CLAMP);
     const below = Math.max(0, -rise);
@@ -132,16 +141,26 @@ export class Stage {
     const wide = this.width / this.scale;
     this.left = Math.max(clamp - KEPT.to * wide, Math.min(clamp - KEPT.from * wide, this.left));
     this.left = Math.max(to - wide, Math.min(from, this.left));
-    const key = [this.left, this.scale, this.width, this.height, eta, above, below, length].join();
+    const wave = waveOf(settings);
+    const waves = wave ? [wave.amplitude, wave.wavelength] : [];
+    const key = [this.left, this.scale, this.width, this.height, eta, above, below, length, ...waves].join();
     if (key === this.key) return;
     this.key = key;
-    this.parts.path("surface", `M0 ${this.top}H${this.width}`);
+    this.parts.path("surface", wave ? this.outlineOf(wave) : `M0 ${this.top}H${this.width}`);
     const gap = 14;
     const shift = ((this.left * this.scale) % gap) + gap;
     let hatch = "";
     for (let px = -shift; px < this.width + gap; px += gap) hatch += `M${px} ${this.top}l9 -9`;
     this.parts.path("hatch", hatch);
     this.drawRuler(this.top + (eta + below + RULER) * this.scale, length);
+  }
+
+  /** Outline of a wave, true to scale. @param {Wave} wave */
+  outlineOf(wave) {
+    const step = Math.min(WAVE_PIXELS / this.scale, wave.wavelength / WAVE_POINTS);
+    const count = Math.ceil(this.width / this.scale / step);
+    const x = Array.from({ length: count + 1 }, (_, k) => this.left + k * step);
+    return pathThrough(x.map((at) => this.x(at)), x.map((at) => this.top + heightOf(wave, at) * this.scale));
   }
 
   /** @type {(y: number, length: number) => void} */
@@ -194,12 +213,17 @@ export class Stage {
    * drawn at half of the usual scale, or at a quarter, ...: `share` is 2, 4, ...
    * @type {(scene: Scene, contact: Point) => Point & { share: number }}
    */
-  drawForce({ settings: { mu0 }, now, unit }, { x, y }) {
+  drawForce({ settings, now, unit }, { x, y }) {
+    const { mu0 } = settings;
+    const wave = waveOf(settings);
+    // The cone stands on the slope of the surface.
+    const turn = wave ? Math.atan(slopeOf(wave, now.contact)) / RADIAN : 0;
     const reach = CONE * this.scale;
     const half = Math.atan(mu0);
     const [wx, wy] = [reach * Math.sin(half), reach * Math.cos(half)];
     const arc = `A${reach} ${reach} 0 0 0 ${x + wx} ${y + wy}`;
     this.parts.path("cone", `M${x} ${y}L${x - wx} ${y + wy}${arc}Z`);
+    set(this.parts.part("cone", "path"), { transform: `rotate(${turn} ${x} ${y})` });
     const size0 = Math.hypot(now.fx, now.fy) / unit;
     const share = 2 ** Math.max(0, Math.ceil(Math.log2(size0 / LONGEST)));
     const length = (ARROW * this.scale) / (unit * share);

@@ -1,7 +1,7 @@
 // Messages: events, conditions and parameters in words.
 
 import { isMirrored } from "../solver/motion.js";
-import { CHOICES, lawOf, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
+import { CHOICES, lawOf, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS, WAVE_NUMBERS, waveOf } from "./settings.js";
 import { spelled } from "./svg.js";
 
 const ANEW = "The model started again at α = 0.";
@@ -10,18 +10,23 @@ const ANEW = "The model started again at α = 0.";
  * The message for an event; `length` formats a length with its unit.
  * @type {(event: Incident, sticking: Sticking, length: (x0: number) => string) => string}
  */
-export function told(event, { path, friction }, length) {
+export function told(event, { path, friction, ahead }, length) {
   const at = length(event.x0);
   switch (event.what) {
     case "slips": {
+      const { slid } = event;
+      if (slid) return `The tip slipped by ${length(Math.abs(slid.to - slid.from))}, to ${length(slid.to)}.`;
       const start = `${event.x0 > 0 ? "The tip" : "Pulled by the clamp, the tip"} slipped at x0 = ${at}`;
       return event.rest === 0 ? `${start}; x0 reset to 0.` : `${start} and stopped at x0 = ${length(event.rest)}.`;
     }
     case "flies off":
       return `The slip at x0 = ${at} released so much energy that the tip lifted off or passed the last known state. ${ANEW}`;
+    case "is lost":
+      return `The tip did not come to rest after its slip at x0 = ${at}: it lifted off, or passed the last known state. ${ANEW}`;
     case "slides along":
       return `The tip slid along with the clamp at x0 = ${at}: kinetic friction is as large as static friction.`;
     case "locks":
+      if (ahead !== friction.mu0) return "The tip locked: friction and the slope under it hold it, and pushing cannot make it slip.";
       return `μ0 = ${spelled(friction.mu0, 3)} is above μ_lock = ${spelled(path.muLock, 4)}: pushing cannot make the tip slip.`;
     case "unlocks":
       return "The tip was locked and no longer is.";
@@ -77,6 +82,11 @@ export function mounted(settings) {
   return deviations(settings).join(", ") || "ideal: upright rigid clamp, straight rod, level stage";
 }
 
+/** The surface. @type {(settings: Settings) => string} */
+export function surfaced(settings) {
+  return waveOf(settings) ? named(WAVE_NUMBERS, settings).join(", ") : "a plane";
+}
+
 /** A short name of a rod, for the legend of its curve. @type {(settings: Settings) => string} */
 export function rodName(settings) {
   const contact = settings.contact === "line" ? ["line contact"] : [];
@@ -94,5 +104,6 @@ export function parameters(settings) {
     return `${label.toLowerCase()} ${words.find(([word]) => word === used[key])?.[1].toLowerCase()}`;
   });
   const rod = settings.units === "si" ? named(ROD_NUMBERS, settings) : [];
-  return [...named(numbers, settings), ...words, ...deviations(settings), ...rod].join(", ");
+  const wave = waveOf(settings) ? named(WAVE_NUMBERS, settings) : [];
+  return [...named(numbers, settings), ...words, ...deviations(settings), ...wave, ...rod].join(", ");
 }
