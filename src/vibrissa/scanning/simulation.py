@@ -388,24 +388,12 @@ def simulate(
     positions = np.asarray(positions, dtype=float)
     if isinstance(stage, Response):
         stage = Stage(response=stage, eta=stage.curve.eta)
-    if surface.texture is not None and isinstance(stage.response, Response):
-        raise ArgumentError(
-            "on a surface with heights the rod must be solved over a range of heights: make its "
-            "stage by stage_of(rod, positions, texture=...)"
-        )
+    _check_states(stage, surface, positions, model)
     at, spell = float(positions[0]), surface.spell
-    start = stage.at(at)
-    retracts = model.law.overshoots or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
-    if (retracts or surface.texture is not None) and start.x0_pull == 0.0:
-        raise ArgumentError(
-            "states in which the clamp is pulled back (x0 < 0) could not be solved. The laws "
-            "'energy' and 'damped' need them, and so does a path backward or away from the "
-            "surface, and a surface with heights: choose another path or law"
-        )
     path, outcome, message = ClampPath.through(positions), Outcome.COMPLETE, ""
     ended: ArgumentError | None = None
     slip = Slip(stage=stage, surface=surface, model=model, clamp=at)
-    contact = start.contact(float(stage.along(at)), 0.0, 1)
+    contact = stage.at(at).contact(float(stage.along(at)), 0.0, 1)
     # At first no tangential force acts, as after a slip that ends where no friction is needed.
     rest = replace(slip, model=FREE_SLIP).rest(contact)
     if rest.lost is not None:
@@ -418,32 +406,14 @@ def simulate(
             ends.append(Period(tip, step, until, EndsBy.PATH))
             break
         margin, locked = tip.exit(until)
-        if margin is Margin.END and stage.response.swings:
+        swings = margin is Margin.END and stage.response.swings
+        stop = None if swings else _stop(tip, margin, locked, until, positions[step - 1], spell)
+        if swings:
             swing = swing or _message(SWINGS, tip, until, float(positions[step]), spell)
-            # After lateral buckling the tip is at its mirror image about the clamp: on a surface
-            # with heights, where the tip alone touches, at the same place.
-            at, contact = until, 2.0 * float(stage.along(until)) - tip.contact
-            contact = contact if surface.texture is None else tip.contact
-            footing = surface.footing(contact, -tip.side)
-            tip = replace(tip, footing=footing, side=-tip.side, slipped=False)
-            tip = replace(tip, begin=step, rest=np.nan)
-        elif margin is Margin.REACH:
-            outcome = Outcome.OUT_OF_REACH
-            message = LEAVES.format(x=spell(tip.contact), clamp=spell(until))
-            ends.append(Period(tip, step, until, EndsBy.UNKNOWN))
-            break
-        elif (
-            margin is Margin.END
-            and isinstance(stage.response, Response)
-            and not stage.response.whole
-        ):
-            outcome, message = Outcome(stage.response.curve.status), stage.response.curve.message
-            ends.append(Period(tip, step, until, EndsBy.UNKNOWN))
-            break
-        elif margin is Margin.END or (locked and margin is Margin.BACKWARD):
-            outcome = Outcome.LOCK
-            message = _message(STAYS, tip, until, float(positions[step - 1]), spell)
-            ends.append(Period(tip, step, until, EndsBy.LOCK))
+            at, tip = until, _swung(tip, surface, until, step)
+        elif stop is not None:
+            outcome, message = stop.outcome, stop.message
+            ends.append(Period(tip, step, until, stop.ends_by))
             break
         else:
             at = float(positions[step])
@@ -472,6 +442,78 @@ def simulate(
     if ended is not None:
         raise EndedScanError(str(ended), found)
     return found
+
+
+def _check_states(stage: Stage, surface: Surface, positions: FloatArray, model: SlipModel) -> None:
+    """Refuse a scan that may need states of the rod that were not solved."""
+    if surface.texture is not None and isinstance(stage.response, Response):
+        raise ArgumentError(
+            "on a surface with heights the rod must be solved over a range of heights: make its "
+            "stage by stage_of(rod, positions, texture=...)"
+        )
+    retracts = model.law.overshoots or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
+    if (retracts or surface.texture is not None) and stage.at(positions[0]).x0_pull == 0.0:
+        raise ArgumentError(
+            "states in which the clamp is pulled back (x0 < 0) could not be solved. The laws "
+            "'energy' and 'damped' need them, and so does a path backward or away from the "
+            "surface, and a surface with heights: choose another path or law"
+        )
+
+
+class _Stop(NamedTuple):
+    """Why a scan ends with a period of sticking that does not end with a slip."""
+
+    outcome: Outcome
+    message: str
+    ends_by: EndsBy
+
+
+def _stop(
+    tip: Tip,
+    margin: Margin,
+    locked: bool,
+    until: float,
+    last: float,
+    spell: Callable[[float], str],
+) -> _Stop | None:
+    """Return why the motion after the clamp position `until` is not computed; None after a slip.
+
+    Parameters
+    ----------
+    margin, locked : optional
+        As in `Exit`.
+    last : float
+        Position of the clamp at the last step at which the tip sticks (L).
+    """
+    if margin is Margin.REACH:
+        message = LEAVES.format(x=spell(tip.contact), clamp=spell(until))
+        return _Stop(Outcome.OUT_OF_REACH, message, EndsBy.UNKNOWN)
+    response = tip.stage.response
+    if margin is Margin.END and isinstance(response, Response) and not response.whole:
+        return _Stop(Outcome(response.curve.status), response.curve.message, EndsBy.UNKNOWN)
+    if margin is Margin.END or (locked and margin is Margin.BACKWARD):
+        message = _message(STAYS, tip, until, float(last), spell)
+        return _Stop(Outcome.LOCK, message, EndsBy.LOCK)
+    return None
+
+
+def _swung(tip: Tip, surface: Surface, clamp: float, step: int) -> Tip:
+    """Return the tip after lateral buckling at a position of the clamp (L), before a step.
+
+    It is at its mirror image about the clamp: on a surface with heights, where the tip alone
+    touches, at the same place.
+    """
+    contact = tip.contact
+    if surface.texture is None:
+        contact = 2.0 * float(tip.stage.along(clamp)) - tip.contact
+    return Tip(
+        stage=tip.stage,
+        footing=surface.footing(contact, -tip.side),
+        side=-tip.side,
+        begin=step,
+        rest=np.nan,
+        slipped=False,
+    )
 
 
 def _lost(rest: Rest, surface: Surface, begin: float, clamp: float) -> tuple[Outcome, str]:
