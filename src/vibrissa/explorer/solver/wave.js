@@ -194,10 +194,11 @@ function endOf(slide) {
   while (before && from && from.distance < LONGEST_SLIDE) {
     const to = slide.spotAt(from.distance + slide.cell, from);
     if (!to) return null;
-    const end = landed || to.normal <= 0 ? null : stopBetween(slide, before, from, to);
-    const ground = landed && to.normal > 0 ? spotWhere(slide, from, to, "normal") : null;
-    const spot = end ?? ground;
-    if (spot) return { spot, landed };
+    // Where the tip lifts off or lands.
+    const turn = to.normal > 0 === landed ? spotWhere(slide, from, to, "normal") : null;
+    const stop = landed ? null : stopBetween(slide, before, from, to);
+    if (stop && !(turn && turn.distance < stop.distance)) return { spot: stop, landed };
+    if (landed && turn) return { spot: turn, landed };
     landed ||= to.normal <= 0;
     [before, from] = [from, to];
   }
