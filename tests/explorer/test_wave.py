@@ -116,14 +116,15 @@ def test_a_plane_is_the_limit_of_a_flat_wave(page):
 
 
 def test_after_lateral_buckling_the_tip_stays_and_is_dragged(page):
-    settings = {"mu0": 0.9, "amplitude": 1e-4, "dx0": 0.01}
+    settings = {"mu0": 0.5, "amplitude": 1e-3, "dx0": 0.01}
     rows = "model.trace.map((row) => [row.clamp, row.contact, row.side])"
     # The model also has a row where the rod buckles, between two steps.
     rows += ".filter(([clamp]) => Math.abs(clamp - 0.01 * Math.round(100 * clamp)) < 1e-9)"
     found = of_model(page, settings, rows, "for (let k = 0; k < 60; k += 1) model.step()")
     scan = in_python(settings, "0.6")
     side = np.where(scan.side == "behind", -1, 1)
-    assert (side < 0).any()
+    # It slips behind the clamp, too.
+    assert (side < 0).any() and sum(one.tip.side < 0 for one in scan.ends) > 3
     expected = np.column_stack([scan.clamp, scan.contact, side])
     assert np.array(found) == pytest.approx(expected, abs=1e-7)
 

@@ -11,7 +11,7 @@ const STRETCHES = 24;
 export const MOST_SLIDES = 100;
 const TOLERANCE = 1e-12;
 /** Displacements that differ by less are the same. */
-const SAME = 1e-9;
+export const SAME = 1e-9;
 
 /**
  * Find where sticking ends. A tip at x0 past the critical state may stick at a friction at which a tip before it slips.

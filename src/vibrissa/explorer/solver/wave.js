@@ -1,7 +1,7 @@
 // A tip on a wave: where it sticks, slips and comes to rest. See docs/texture.md.
 
 import { displacement } from "./arm.js";
-import { isMirrored, limitOf, MOST_SLIDES, passed } from "./motion.js";
+import { isMirrored, limitOf, MOST_SLIDES, passed, SAME } from "./motion.js";
 import { bracketedRoot } from "./numerics/roots.js";
 import { HEIGHTS, rises, solvedPath, stateAt, touch } from "./path.js";
 import { solvedState, tangent } from "./rod/newton.js";
@@ -16,8 +16,6 @@ const EXACT_LENGTH = 1e-13;
 const SHORTEST_PERIOD = 1e-6;
 /** Part of the friction by which rounding errors may exceed it. */
 const FULL = 1e-9;
-/** Differences of forces (E·I0/L²) above which two states are not the same. */
-const SAME_FORCE = 1e-6;
 
 /** Height of a wave, positive towards the clamp. @type {(wave: Wave, x: number) => number} */
 export function heightOf({ amplitude, wavelength }, x) {
@@ -55,8 +53,11 @@ export function tipOn(ground, clamp, contact, side) {
   }
   const { path, message } = solvedPath({ ...given, eta }, nodes);
   if (!path) return message;
-  const x0 = path.branch.x1 + side * (clamp - contact);
-  const sticking = x0 < path.x0Pulled || x0 > path.x0End ? null : stickingOn(path, friction, side * slopeOf(wave, contact), x0);
+  const displaced = path.branch.x1 + side * (clamp - contact);
+  // A rod that has just buckled laterally is at the end of its path, up to rounding.
+  const x0 = Math.min(path.x0End, Math.max(path.x0Pulled, displaced));
+  const isKnown = Math.abs(x0 - displaced) < SAME;
+  const sticking = isKnown ? stickingOn(path, friction, side * slopeOf(wave, contact), x0) : null;
   return sticking ? { sticking, contact, place: { clamp, x0, side } } : "the tip has left the states of the rod: try a flatter wave";
 }
 
@@ -194,10 +195,11 @@ function endOf(slide) {
   while (before && from && from.distance < LONGEST_SLIDE) {
     const to = slide.spotAt(from.distance + slide.cell, from);
     if (!to) return null;
-    const end = landed || to.normal <= 0 ? null : stopBetween(slide, before, from, to);
-    const ground = landed && to.normal > 0 ? spotWhere(slide, from, to, "normal") : null;
-    const spot = end ?? ground;
-    if (spot) return { spot, landed };
+    // Where the tip lifts off or lands.
+    const turn = to.normal > 0 === landed ? spotWhere(slide, from, to, "normal") : null;
+    const stop = landed ? null : stopBetween(slide, before, from, to);
+    if (stop && !(turn && turn.distance < stop.distance)) return { spot: stop, landed };
+    if (landed && turn) return { spot: turn, landed };
     landed ||= to.normal <= 0;
     [before, from] = [from, to];
   }
