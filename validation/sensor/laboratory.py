@@ -38,6 +38,7 @@ from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.quantities.units import Kind
 from vibrissa.sensor import Method, PeriodStatus, Setup, identify
+from vibrissa.sensor.identification.identify import identify_by
 from vibrissa.sensor.identification.summary import used_in_mean
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances
 
@@ -256,28 +257,29 @@ def in_words(noise):
     return ", ".join(map(repr, noise.tolist()))
 
 
-def read(frame, row, said, method):
-    """Identify the friction as a laboratory does, with its stated tolerances."""
+def stated(row, said):
+    """Return the set-up with the tolerances that a laboratory states."""
     part = {Said.NOTHING: 0.0, Said.LITTLE: 0.1}.get(said, 1.0)
-    stated = {}
+    tolerances = {}
     for name, size in row.tolerances.items():
         angle = TOLERABLE[name].kind is Kind.ANGLE
         if part:
-            stated[name] = f"{part * abs(size)} rad" if angle else part * abs(size)
+            tolerances[name] = f"{part * abs(size)} rad" if angle else part * abs(size)
     assume = said is Said.NOTHING
     if row.without_rod:
-        stated = {name: f"{size * UNITS[0]} N" for name, size in stated.items()}
-        setup = Setup.read(noise=in_words(NOISE * UNITS), tolerances=stated, assume=assume)
-    else:
-        setup = believed(noise=in_words(NOISE), tolerances=stated, assume=assume)
-    return identify(setup, frame, method=method)
+        tolerances = {name: f"{size * UNITS[0]} N" for name, size in tolerances.items()}
+        return Setup.read(noise=in_words(NOISE * UNITS), tolerances=tolerances, assume=assume)
+    return believed(noise=in_words(NOISE), tolerances=tolerances, assume=assume)
 
 
-def scored(frame, truth, row, said, method):
-    """Identify the friction of a recording and compare it with the truth."""
-    try:
-        found = read(frame, row, said, method)
-    except VibrissaError:
+def read(frame, row, said, method):
+    """Identify the friction by one method, with the tolerances that a laboratory states."""
+    return identify(stated(row, said), frame, method=method)
+
+
+def scored(found, truth):
+    """Compare the friction that was identified, or the refusal, with the truth."""
+    if isinstance(found, VibrissaError):
         return Score(read=False)
     periods, summary = found.periods, found.summary()
     known = periods.status == PeriodStatus.SLIP
@@ -314,7 +316,10 @@ def of_entry(entry, methods):
             raise
         return entry, {}
     some = [one for one in methods if one is Method.RATIO or not row.without_rod]
-    return entry, {method: scored(frame, truth, row, said, method) for method in some}
+    by_method = identify_by(stated(row, said), frame, some)
+    return entry, {
+        method: scored(found, truth) for method, found in zip(some, by_method, strict=True)
+    }
 
 
 def written(path, scores):
