@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from responses import by_law
 from validation.node import node
 from vibrissa import Mounting
 from vibrissa.explorer.modules import bundle
@@ -53,7 +54,7 @@ def in_python(settings, *turns):
     rod = MountedRod(theta=given.theta, eta=given.eta, mounting=mounting)
     surface = surfaces.constant(given.mu0).with_texture(wave)
     stage = stage_of(rod, positions, texture=wave)
-    return simulate(stage, surface, positions, given.law, given.ratio)
+    return simulate(stage, surface, positions, by_law(given.law, given.ratio))
 
 
 @pytest.mark.parametrize("law", ["free", "kinetic", "energy"])
