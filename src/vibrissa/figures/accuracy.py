@@ -18,8 +18,6 @@ from vibrissa.tables.accuracy import STATED
 
 READ = (*accuracy.POINT, "message", *accuracy.COLUMNS)
 ERROR = r"standard deviation of $\mu_0$"
-# Largest number of quantities whose share is drawn; the others are drawn as one.
-NAMED = 7
 NO_ESTIMATE = "no recording has an estimate"
 
 
@@ -93,10 +91,12 @@ def coverage(rows: pd.DataFrame, over: str, by: str) -> Figure:
     gap = 0.04 * float(np.ptp(values)) / max(len(lines), 1)
     for place, line in enumerate(lines):
         points = line.rows.sort_values(over)
+        share, error = 100.0 * points["coverage"], 100.0 * points["coverage_error"]
         panel.errorbar(
             points[over] + gap * (place - 0.5 * (len(lines) - 1)),
-            100.0 * points["coverage"],
-            100.0 * points["coverage_error"],
+            share,
+            # A share is between none and all.
+            [np.minimum(error, share), np.minimum(error, 100.0 - share)],
             color=line.look["color"],
             capsize=2,
             marker="o",
@@ -130,7 +130,10 @@ def uncertainty(rows: pd.DataFrame, over: str = "theta", by: str = "eta") -> Fig
 
 @kind("limits", columns=(*READ, "limit_name", "limit_share"), keys=("over",))
 def limits(rows: pd.DataFrame, over: str) -> Figure:
-    """Draw by which part the variance would fall if each quantity alone were exact."""
+    """Draw by which part the variance would fall if each quantity alone were exact.
+
+    The quantities that matter most have a line, as many as there are colours.
+    """
     known = rows[rows["status"] == "read"]
     if known.empty:
         return style.message(NO_ESTIMATE)
@@ -141,18 +144,11 @@ def limits(rows: pd.DataFrame, over: str) -> Figure:
         ]
     )
     shares = each.groupby([over, "name"])["share"].mean().unstack()
-    first = shares.mean().sort_values(ascending=False).index[:NAMED]
+    first = shares.mean().sort_values(ascending=False).index[: len(style.COLORS)]
     figure, panel = style.axes(3.0)
-    for place, name in enumerate(first):
-        panel.plot(
-            shares.index,
-            100.0 * shares[name],
-            label=name.replace("_", " "),
-            color=style.COLORS[place % len(style.COLORS)],
-            linestyle=style.DASHES[place // len(style.COLORS)],
-            marker=style.MARKERS[place % len(style.MARKERS)],
-            markersize=3,
-        )
+    for name, color, marker in zip(first, style.COLORS, style.MARKERS, strict=False):
+        look: style.Look = {"color": color, "marker": marker, "markersize": 3}
+        panel.plot(shares.index, 100.0 * shares[name], label=name.replace("_", " "), **look)
     panel.set(xlabel=LABELS[over], ylabel="fall of the variance if exact / %")
     style.from_zero(panel)
     style.legend(figure)
