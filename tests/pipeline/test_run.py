@@ -95,6 +95,26 @@ def test_the_reason_goes_to_the_screen_where_the_log_cannot_be_written(log, capf
     assert (said + errors).startswith("error: [Errno ") and "Traceback" not in said + errors
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_the_program_loads_stops_it_with_one_sentence(number, tmp_path):
+    code = f"""
+import os, runpy, sys
+class Signalling:
+    def find_spec(name, path=None, target=None):
+        if name == "vibrissa.pipeline.suitable":
+            os.kill(os.getpid(), {int(number)})
+sys.meta_path.insert(0, Signalling)
+sys.argv = ["vibrissa.pipeline", "-n"]
+runpy.run_module("vibrissa.pipeline", run_name="__main__")
+"""
+    ended = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert ended.returncode == 130
+    assert ended.stderr.splitlines()[-1].startswith("Stopped. Finished results are kept")
+    assert "Traceback" not in ended.stdout + ended.stderr
+
+
 def test_results_belong_to_one_study_file_and_to_one_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     first, copy, results = Path("first.yaml"), Path("copy.yaml"), Path("results/a")

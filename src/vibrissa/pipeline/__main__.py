@@ -9,7 +9,6 @@ import sys
 from contextlib import suppress
 
 from vibrissa.pipeline.places import HOME, SNAKEFILE
-from vibrissa.pipeline.suitable import unsuitable
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PROFILE = HOME / "workflow/profiles/default"
@@ -22,6 +21,9 @@ def main(arguments: list[str]) -> int:
     for number in ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup ignores SIGHUP
             signal.signal(number, _stop)
+    # It takes some tenths of a second to load, in which a signal would end the program silently.
+    from vibrissa.pipeline.suitable import unsuitable
+
     if problem := unsuitable(arguments):
         print(problem, file=sys.stderr)
         return 1
