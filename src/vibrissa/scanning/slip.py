@@ -360,11 +360,11 @@ class Slip:
 
     def _excesses(self, footing: Footing) -> tuple[float, float]:
         """By how much friction is exceeded forward and backward, up to rounding (E·I0/L²)."""
-        faces = footing.ahead, footing.behind
-        ahead, behind = self._forces(footing.contact, *(face.slope for face in faces))
-        before, after = (face.mu0 * (1.0 + FULL) for face in faces)
-        forward = -ahead.tangential - before * ahead.normal
-        return float(forward), float(behind.tangential - after * behind.normal)
+        ahead, behind = footing.ahead, footing.behind
+        on_ahead, on_behind = self._forces(footing.contact, ahead.slope, behind.slope)
+        forward = -on_ahead.tangential - ahead.mu0 * (1.0 + FULL) * on_ahead.normal
+        backward = on_behind.tangential - behind.mu0 * (1.0 + FULL) * on_behind.normal
+        return float(forward), float(backward)
 
     def _way(self, contact: float) -> int:
         """Direction in which the tip slides: 1 away from the clamp, as if pushed, or −1."""

@@ -42,8 +42,8 @@ class Footing(NamedTuple):
     mu0 : float
         Coefficient of static friction.
     ahead, behind : Face
-        The surface before and behind the tip, which differ at a kink only. Ahead is the direction
-        from the clamp to the tip.
+        The surface ahead of the tip and behind it, which differ at a kink only. Ahead is the
+        direction from the clamp to the tip.
     """
 
     contact: float

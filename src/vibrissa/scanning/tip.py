@@ -164,13 +164,13 @@ class Tip:
         states, x0 = self.held(clamp)
         loads = states(states.clip(x0))
         ahead, behind = self.footing.ahead, self.footing.behind
-        before, after = (
+        on_ahead, on_behind = (
             contact_forces(loads[..., 0], loads[..., 1], face.slope) for face in (ahead, behind)
         )
         return np.array(
             [
-                before.tangential + ahead.mu0 * before.normal,
-                behind.mu0 * after.normal - after.tangential,
+                on_ahead.tangential + ahead.mu0 * on_ahead.normal,
+                behind.mu0 * on_behind.normal - on_behind.tangential,
                 states.x0_end - x0,
                 x0 - states.x0_pull,
                 np.broadcast_to(self.stage.reach(clamp, self.footing.lift), x0.shape),
