@@ -9,7 +9,7 @@ from vibrissa import Mounting, solve_curve
 from vibrissa.computing.points import solved_rows
 from vibrissa.computing.rods import rods_of
 from vibrissa.errors import DamagedTableError, StudyError
-from vibrissa.outcomes import Contact, RodSection, Solver
+from vibrissa.outcomes import Solver
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.study.chunks import ROW_ORDER, Chunk, columns_at, number_of_points
 from vibrissa.study.reading import read_study
@@ -107,8 +107,8 @@ def test_a_solver_that_walks_along_the_steps_has_a_rod_for_each():
 def test_both_methods_find_the_same():
     axes = made_tables.grid(theta=(2.0,), mu0=(0.1,), eta=(0.98,), dx0=(0.005,))
     (one,) = made_tables.points("g", axes).to_pylist()
-    solver = {"contact": Contact.POINT, "section": RodSection.ROUND}
-    curves = made_tables.solve(rods_of(axes, by_step=True), method=Solver.SHOOTING, **solver)
+    shooting = made_tables.SOLVER._replace(method=Solver.SHOOTING)
+    curves = made_tables.solve(rods_of(axes, by_step=True), shooting)
     (other,) = made_tables.points("g", axes, curves=curves).to_pylist()
     assert other["method"] == "shooting" and other["n_steps"] == one["n_steps"]
     assert other["x0_slip"] == pytest.approx(one["x0_slip"], abs=1e-8)
@@ -166,7 +166,7 @@ def points(tmp_path):
         return study, lambda: [
             row
             for chunk in study.chunks.values()
-            for part in solved_rows(**chunk.params, study="a", **made_tables.SOLVER)
+            for part in solved_rows(**chunk.params, study="a", solver=made_tables.SOLVER)
             for row in part.to_pylist()
         ]
 

@@ -26,7 +26,9 @@ def law_of(law, ratio=None, zeta=None):
     return {name: value for name, value in values.items() if value is not None}
 
 
-def computed(surface=PLANE, law=("free",), shapes=False, solver=None, rod=None, **end):
+def computed(
+    surface=PLANE, law=("free",), shapes=False, each_step=True, contact="point", rod=None, **end
+):
     end = {"to": None, "cycles": None} | end
     (found,) = computed_scans(
         scan="s",
@@ -36,7 +38,8 @@ def computed(surface=PLANE, law=("free",), shapes=False, solver=None, rod=None, 
         shapes=shapes,
         study="a",
         **end,
-        **made_tables.SOLVER | (solver or {}),
+        solver=made_tables.SOLVER._replace(contact=Contact(contact)),
+        each_step=each_step,
     )
     return found
 
@@ -137,7 +140,7 @@ def test_shapes_are_empty_where_nobody_asks_for_them():
 
 
 def test_the_last_step_alone_is_that_of_all_steps(there_and_back):
-    last = computed(STRIPES, ("energy", 0.6), to=[0.3, 0.1], solver={"each_step": False})
+    last = computed(STRIPES, ("energy", 0.6), to=[0.3, 0.1], each_step=False)
     assert last.steps == there_and_back.steps.slice(len(there_and_back.steps) - 1)
     assert last.periods == there_and_back.periods
 
@@ -232,9 +235,7 @@ def test_mountings_and_line_contact_are_as_in_python():
     found = computed(rod=mounted, cycles=2)
     curve = solve_curve(2.0, 0.85, mounting=Mounting(clamp_angle=0.05, stage_angle=0.02))
     assert (found.steps.column("x1").to_numpy() == stick_slip(curve, 0.3, 0.001, 2).contact).all()
-    line = computed(
-        rod={"theta": (3.0,), "eta": (0.7,)}, solver={"contact": Contact.LINE}, cycles=2
-    )
+    line = computed(rod={"theta": (3.0,), "eta": (0.7,)}, contact="line", cycles=2)
     assert (line.steps.column("s_c").to_numpy() < 1.0).any()
 
 

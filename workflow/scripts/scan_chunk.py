@@ -1,5 +1,6 @@
 """Compute the scans of one chunk: a table of their steps, and one of their periods."""
 
+from vibrissa.computing.rods import SolverSettings
 from vibrissa.computing.scans import computed_scans
 from vibrissa.pipeline import jobs
 from vibrissa.tables import schemas, store
@@ -10,7 +11,8 @@ periods = []
 
 def steps(params):
     """Yield the steps of each scan, and keep its periods."""
-    for found in computed_scans(**params.scans, study=params.study, **params.solver):
+    solver = SolverSettings(**params.solver)
+    for found in computed_scans(**params.scans, study=params.study, solver=solver):
         periods.append(found.periods)
         yield found.steps
 

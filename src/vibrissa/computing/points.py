@@ -9,11 +9,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from vibrissa.computing.columns import frequency_values, state_values
-from vibrissa.computing.rods import rods_of, solve
+from vibrissa.computing.rods import SolverSettings, rods_of, solve
 from vibrissa.decimals import exact
 from vibrissa.errors import StudyError
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.outcomes import Contact, RodSection, Solver, Status, TipMotion
+from vibrissa.outcomes import Status, TipMotion
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
 from vibrissa.sticking.periods import read_curves
 from vibrissa.sticking.piece import StickingState
@@ -29,23 +29,19 @@ def solved_points(
     grid: str,
     axes: Mapping[str, Values],
     study: str,
-    *,
-    method: Solver,
-    contact: Contact,
-    section: RodSection,
-    frequencies: int = 0,
+    solver: SolverSettings,
 ) -> Iterator[pa.Table]:
     """Solve the rods of a chunk, some rods at a time, and read the grid points off their paths.
 
     Yields tables of the schema `STICTION`, with rows in the order `ROW_ORDER`.
     """
-    rods = rods_of(axes, method.by_step)
+    rods = rods_of(axes, solver.method.by_step)
     each = number_of_points(axes) // len(rods)
     for first in range(0, len(rods), CURVES_AT_ONCE):
         some = rods[first : first + CURVES_AT_ONCE]
-        curves = solve(some, method=method, contact=contact, section=section)
+        curves = solve(some, solver)
         rows = np.arange(first * each, (first + len(some)) * each)
-        yield points_table(grid, axes, rows, curves, study, frequencies)
+        yield points_table(grid, axes, rows, curves, study, solver.frequencies)
 
 
 def solved_rows(
@@ -56,11 +52,7 @@ def solved_rows(
     rods: int,
     content: str,
     study: str,
-    *,
-    method: Solver,
-    contact: Contact,
-    section: RodSection,
-    frequencies: int = 0,
+    solver: SolverSettings,
 ) -> Iterator[pa.Table]:
     """Solve some rods of a file of points, and read their points off their paths.
 
@@ -74,19 +66,15 @@ def solved_rows(
         If the points of these rods are no longer the same.
     """
     table = read_points(Path(file), common)
-    chosen = table.rods(method.by_step)[first : first + rods]
+    by_step = solver.method.by_step
+    chosen = table.rods(by_step)[first : first + rods]
     if table.digest([row for rows in chosen for row in rows]) != content:
         raise StudyError(f"{file} has changed since the run began; run the same command again")
     for begin in range(0, len(chosen), CURVES_AT_ONCE):
         some = chosen[begin : begin + CURVES_AT_ONCE]
         keys = columns_of(table.at([row for rows in some for row in rows]))
-        curves = solve(
-            [table.rod(rows, method.by_step) for rows in some],
-            method=method,
-            contact=contact,
-            section=section,
-        )
-        yield _rows_table(grid, keys, list(map(len, some)), curves, study, frequencies)
+        curves = solve([table.rod(rows, by_step) for rows in some], solver)
+        yield _rows_table(grid, keys, list(map(len, some)), curves, study, solver.frequencies)
 
 
 def points_table(

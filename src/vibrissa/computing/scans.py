@@ -8,12 +8,12 @@ import numpy as np
 import pyarrow as pa
 
 from vibrissa.computing.columns import axis_columns, frequency_values, spelled, state_values
-from vibrissa.computing.rods import solve
+from vibrissa.computing.rods import SolverSettings, solve
 from vibrissa.computing.surfaces import slip_model_of, surface_of
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Contact, RodSection, Solver, TipMotion
+from vibrissa.outcomes import Solver, TipMotion
 from vibrissa.scanning.cycles import move, stage_maker
 from vibrissa.scanning.response import LOADS
 from vibrissa.scanning.simulation import Outcome, Scan, TipPhase, TipSide
@@ -44,22 +44,18 @@ def computed_scans(
     cycles: int | None,
     shapes: bool,
     study: str,
+    solver: SolverSettings,
     *,
     each_step: bool = True,
-    method: Solver,
-    contact: Contact,
-    section: RodSection,
-    frequencies: int = 0,
 ) -> Iterator[ScanTables]:
     """Compute the scans of a chunk one after the other, and yield the rows of each.
 
-    The arguments are those of `vibrissa.study.scans.ScanChunk`, and `frequencies` is the number of
-    natural frequencies to compute at each step.
+    The other arguments are those of `vibrissa.study.scans.ScanChunk`.
     """
     made = [surface_of(variant) for variant in surfaces]
     for rod in points_of(axes):
         # Solved alone, as a command solves it: together with others it differs by rounding.
-        (curve,) = solve([rod], method=method, contact=contact, section=section, retract=True)
+        (curve,) = solve([rod], solver, retract=True)
         for (variant, surface), law in product(zip(surfaces, made, strict=True), laws):
             point = {**rod, **variant, **law}
             found = scan_of(point, curve, surface, to=to, cycles=cycles)
@@ -69,10 +65,10 @@ def computed_scans(
                 point,
                 found,
                 study=study,
-                method=method,
+                method=solver.method,
                 shapes=shapes,
                 each_step=each_step,
-                frequencies=frequencies,
+                frequencies=solver.frequencies,
             )
 
 

@@ -505,7 +505,7 @@ class Study(Section):
 
     @property
     def solved(self) -> dict[str, Any]:
-        """The solver, and what it computes at each point of a grid, as plain values."""
+        """The solver, and what it computes at each point of a grid or scan, as plain values."""
         return {**self.solver, "frequencies": self.frequencies}
 
     def chunk_part(self, name: str) -> str:
