@@ -13,7 +13,7 @@ from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.scanning import SlipLaw, surfaces
-from vibrissa.scanning.heights import EXACT, respond_over
+from vibrissa.scanning.response_over_eta import EXACT, respond_over
 from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
 from vibrissa.scanning.stage import Stage, path
 from vibrissa.sensor import Whisker, scan
@@ -147,7 +147,7 @@ def test_reactions_between_heights_are_those_that_are_solved():
 )
 def test_a_stage_that_comes_too_near_or_goes_too_far_is_refused(angle, to, said):
     whisker = Whisker.read(THETA, ETA, stage_angle=angle)
-    with pytest.raises(ArgumentError, match=f"{said}, but they must lie between 0.02 L and 0.9999"):
+    with pytest.raises(ArgumentError, match=f"{said}, but its distance.* between 0.02 L and 0.9999"):
         scan(whisker, surfaces.constant(MU0), step="0.01", to=[to])
 
 
@@ -207,7 +207,7 @@ def test_a_recorded_position_at_which_the_rod_cannot_be_is_refused(wild, said):
     whisker = Whisker.read(THETA, ETA, stage_angle="3 deg")
     table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["0.2"]).to_pandas()
     table.loc[40, "footpoint"] = wild
-    with pytest.raises(NoResponseError, match=f"heights from .*{said}.*check the positions"):
+    with pytest.raises(NoResponseError, match=f"distances from .*{said}.*check the positions"):
         identified(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False)
 
 

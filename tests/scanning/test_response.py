@@ -11,9 +11,9 @@ from vibrissa.mechanics.bending import measure
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
 from vibrissa.outcomes import Contact
-from vibrissa.scanning import heights
-from vibrissa.scanning.heights import agrees
+from vibrissa.scanning import response_over_eta
 from vibrissa.scanning.response import Response
+from vibrissa.scanning.response_over_eta import agrees
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.onset import strains_in
 
@@ -143,7 +143,7 @@ def test_a_tiny_last_piece_of_a_curve_is_left_out():
 
 
 def test_an_oblique_stage_has_no_response():
-    with pytest.raises(NoResponseError, match="a response at one height needs stage_angle 0"):
+    with pytest.raises(NoResponseError, match="a response at one distance needs stage_angle 0"):
         respond(2.0, 0.85, mounting=Mounting(stage_angle=0.01))
 
 
@@ -177,8 +177,8 @@ def parts_of(monkeypatch, low, high, fails):
             raise NoResponseError("no contact")
         return low, high
 
-    monkeypatch.setattr(heights, "interpolated", made)
-    return np.array(heights.respond_over(Whisker(theta=2.0, eta=0.6), low, high).parts)
+    monkeypatch.setattr(response_over_eta, "interpolated", made)
+    return np.array(response_over_eta.respond_over(Whisker(theta=2.0, eta=0.6), low, high).parts)
 
 
 def test_a_range_is_solved_in_parts_of_a_twentieth_around_the_height_of_the_rod(monkeypatch):
@@ -193,6 +193,8 @@ def test_a_range_is_solved_in_smaller_parts_where_these_are_resolved(monkeypatch
 
 
 def test_a_height_without_a_response_is_named(monkeypatch):
-    said = r"heights from 0\.6699\d* L to 0\.6703\d* L, where the response is not known: no contact"
+    said = (
+        r"distances from 0\.6699\d* L to 0\.6703\d* L, where the response is not known: no contact"
+    )
     with pytest.raises(NoResponseError, match=said):
         parts_of(monkeypatch, 0.6, 0.9, lambda low, high: low < 0.67 < high)

@@ -15,7 +15,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Method, ReadingStatus, Status
 from vibrissa.quantities.units import Kind, Quantity
 from vibrissa.scanning.cycles import MakesStage, move
-from vibrissa.scanning.rods import height_at
+from vibrissa.scanning.rods import distance_at
 from vibrissa.scanning.simulation import Scan
 from vibrissa.scanning.slip import SlipModel
 from vibrissa.scanning.surfaces import Surface
@@ -309,7 +309,7 @@ def largest_stress_of(found: Recorded) -> float:
     last = np.append(np.flatnonzero(np.diff(scan.period)), len(scan) - 1)
     rows = scan.take(last)
     state, stage = rows.state, scan.stage
-    across = height_at(rows.clamp, stage.eta, stage.angle) - rows.lift
+    across = distance_at(rows.clamp, stage.eta, stage.angle) - rows.height
     along = rows.contact - stage.along(rows.clamp) - (1.0 - state.s_c)
     theta = np.full(len(rows), whisker.theta)
     bending = measure(theta, state.f, state.alpha, along, across, state.s_c, whisker.mounting)

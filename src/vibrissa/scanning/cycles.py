@@ -52,7 +52,7 @@ def stick_slip(
     Parameters
     ----------
     curve : StickingCurve
-        Sticking curve of the rod at its first height.
+        Sticking curve of the rod at its first distance.
     mu0, dx0 : Decimal or float
         Coefficient of static friction, and step of the clamp (L).
     cycles : int
@@ -104,7 +104,7 @@ def stage_maker(curve: StickingCurve) -> MakesStage:
     Parameters
     ----------
     curve : StickingCurve
-        A curve with states; on an oblique stage, that of the rod's first height.
+        A curve with states; on an oblique stage, that of the rod's first distance.
     """
     rod = MountedRod.of(curve)
     level = Stage(response=Response(curve=curve), eta=curve.eta)
@@ -146,15 +146,15 @@ def move(
     tip_radius : float
         Radius of a ball at the tip, which traces the heights of the surface (L).
     as_far : bool
-        Whether to return the scan up to where the rod comes to a height without states, or the tip
-        to an unknown part of the surface; else that is an error.
+        Whether to return the scan up to where the rod comes to a distance without states, or the
+        tip to an unknown part of the surface; else that is an error.
 
     Raises
     ------
     ArgumentError
         If an argument is out of range, or the tip leaves the known part of the surface.
     NoResponseError
-        If the turning points take the rod to heights at which its states are not known; with
+        If the turning points take the rod to distances at which its states are not known; with
         `as_far`, if the first step does.
     """
     if (to is None) == (cycles is None):
@@ -193,7 +193,7 @@ def until_slips(motion: Motion, dx0: Decimal, slips: int) -> Scan:
     """Move the clamp forward in steps of Δx0 (L) until the tip has slipped a number of times.
 
     The path is made longer until it suffices. It ends where the stage takes the rod to
-    heights at which its states are not known.
+    distances at which its states are not known.
     """
     enough, refused = 0, 0
     found, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
@@ -215,7 +215,7 @@ def until_slips(motion: Motion, dx0: Decimal, slips: int) -> Scan:
 def _more_steps(found: Scan, steps: int, slips: int) -> int:
     """Estimate the steps that suffice for a number of slips, from a scan of fewer `steps`."""
     least = max(2 * steps, slips)
-    # On an oblique stage a longer path takes the rod to more heights, which must be solved.
+    # On an oblique stage a longer path takes the rod to more distances, which must be solved.
     if found.stage is None or found.stage.angle or not found.slips:
         return least
     return max(least, ceil(SPARE * steps * slips / found.slips))
@@ -226,7 +226,7 @@ def as_far_as_possible(
     step: Decimal | float | str,
     to: Sequence[Decimal | float | str],
 ) -> Scan:
-    """Scan a path, or as many of its first steps as take the rod to heights with known states.
+    """Scan a path, or as many of its first steps as take the rod to distances with known states.
 
     Parameters
     ----------

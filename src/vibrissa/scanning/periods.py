@@ -92,7 +92,7 @@ class Periods(Batch):
         1 for a tip ahead of the clamp, −1 for a tip behind it, at the end of the period.
     mu0 : ndarray, shape (n,)
         Coefficient of static friction under the tip.
-    lift, inclination : ndarray, shape (n,)
+    height, inclination : ndarray, shape (n,)
         Height of the surface under the tip (L), and its inclination γ (rad), as in `Scan`.
     x0_onset, x0_rest : ndarray, shape (n,)
         Displacement from the α = 0 state at `onset`, and after the slip (L).
@@ -115,7 +115,7 @@ class Periods(Batch):
     contact_rest: FloatArray
     side: IntArray
     mu0: FloatArray
-    lift: FloatArray
+    height: FloatArray
     inclination: FloatArray
     x0_onset: FloatArray
     x0_rest: FloatArray
@@ -151,10 +151,10 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
     rests = [end.rest or Rest(contact=np.nan, x0=np.nan) for end in ends]
     x0_rest = np.array([rest.x0 for rest in rests])
     contact_rest = np.array([rest.contact for rest in rests])
-    lift = np.array([tip.footing.lift for tip in tips])
+    height = np.array([tip.footing.height for tip in tips])
     slope = np.array([tip.footing.ahead.slope for tip in tips])
-    lift_rest = np.array([end.footing.lift if end.footing else np.nan for end in ends])
-    at_onset = _held(tips, onset, contact, side, lift)
+    height_rest = np.array([end.footing.height if end.footing else np.nan for end in ends])
+    at_onset = _held(tips, onset, contact, side, height)
     return Periods(
         period=np.arange(1, len(ends) + 1),
         begin=clamp[begin],
@@ -167,12 +167,12 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
         contact_rest=contact_rest,
         side=side,
         mu0=np.array([tip.mu0 for tip in tips]),
-        lift=lift,
+        height=height,
         inclination=0.0 - side * np.arctan(slope),
         x0_onset=side * at_onset.x0,
         x0_rest=side * x0_rest + 0.0,  # no −0
         loads_onset=at_onset.loads,
-        loads_rest=_held(tips, slip, contact_rest, side, lift_rest, x0_rest).loads,
+        loads_rest=_held(tips, slip, contact_rest, side, height_rest, x0_rest).loads,
         released=np.array([rest.released for rest in rests]),
         dissipated=np.array([rest.dissipated for rest in rests]),
         ends_by=np.array([end.ends_by for end in ends], dtype=np.str_),
@@ -191,7 +191,7 @@ def _held(
     clamp: FloatArray,
     contact: FloatArray,
     side: IntArray,
-    lift: FloatArray,
+    height: FloatArray,
     x0: FloatArray | None = None,
 ) -> _Held:
     """Displacement and loads at clamp positions; NaN where the position is NaN."""
@@ -200,7 +200,7 @@ def _held(
     if not len(known):
         return found
     stage: Stage = tips[0].stage
-    states, held = stage.states(clamp[known], contact[known], side[known], lift[known])
+    states, held = stage.states(clamp[known], contact[known], side[known], height[known])
     held = held if x0 is None else x0[known]
     sign = side[known]
     mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)

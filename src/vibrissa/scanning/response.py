@@ -1,4 +1,4 @@
-"""The response of a rod: its states as functions of the displacement x0, at one height.
+"""The response of a rod: its states as functions of the displacement x0, at one distance η.
 
 The clamp pushes the tip for x0 > 0, and pulls it for x0 < 0. States with x0 < 0 are known only
 as far as they were solved.
@@ -33,7 +33,7 @@ LEAST_FORCE = 1e-9
 
 
 class States(ABC):
-    """Sticking states of a rod as functions of x0, all at one height, or each at its own height.
+    """Sticking states of a rod as functions of x0, at one distance η or each at one of its own.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class States(ABC):
     x1_init : float or ndarray
         Contact point in the α = 0 state, measured from the clamp (L).
     bounds : ndarray
-        Landmarks, between which the reactions at one height are smooth: x0_pull, kinks where the
+        Landmarks, between which the reactions at one distance are smooth: x0_pull, kinks where the
         rod changes between tip and line contact, x0 = 0, x0_lock and x0_end (L).
     accuracy : float
         Error of the displacement at which sticking ends (L). A step that ends this close to it
@@ -126,7 +126,7 @@ class States(ABC):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Response(States):
-    """States of one rod at one height: a view on its sticking curve, from pulling to pushing.
+    """States of one rod at one distance: a view on its sticking curve, from pulling to pushing.
 
     Attributes
     ----------
@@ -257,8 +257,8 @@ def responses(rods: Sequence[MountedRod], partly: bool = False) -> list[Response
     for rod in rods:
         if angle := rod.mounting.stage_angle:
             raise NoResponseError(
-                f"a response at one height needs stage_angle 0, got {angle!r}: on an oblique stage "
-                "the height changes (see vibrissa.scanning.stage)"
+                f"a response at one distance needs stage_angle 0, got {angle!r}: on an oblique "
+                "stage the distance changes (see vibrissa.scanning.stage)"
             )
     one, mountings = rods[0], [rod.mounting for rod in rods]
     theta, eta = [rod.theta for rod in rods], [rod.eta for rod in rods]

@@ -21,7 +21,7 @@ from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Status
 from vibrissa.scanning.periods import EndsBy, Period, Periods, periods_of
 from vibrissa.scanning.response import Response
-from vibrissa.scanning.rods import height_at
+from vibrissa.scanning.rods import distance_at
 from vibrissa.scanning.slip import FREE_SLIP, Flight, Lost, Rest, Slip, SlipModel
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
@@ -111,7 +111,7 @@ class Outcome(StrEnum):
         the tip, and the tip lifted off the surface; or the clamp had pulled the tip, and the tip
         came to the last computed state in which the clamp pushes it.
     OUT_OF_REACH
-        The rod has no states, the stage or the surface takes it to a height at which it has none,
+        The rod has no states, the stage or the surface takes it to a distance at which it has none,
         or the tip leaves the known part of the surface.
     FAILED
         The states of the rod could not be computed.
@@ -141,10 +141,10 @@ class Scan(Batch):
         Position of the tip, which is the contact point in point contact (L).
     x0 : ndarray, shape (n,)
         Displacement of the clamp along the surface (L), from the α = 0 state with the same
-        `contact`, the same `side`, and the same height of the surface above the clamp.
+        `contact`, the same `side`, and the same distance of the contact point from the clamp.
     mu0 : ndarray, shape (n,)
         Coefficient of static friction at the contact point.
-    lift, inclination : ndarray, shape (n,)
+    height, inclination : ndarray, shape (n,)
         Height h of the surface at the contact point (L), and its inclination γ = −atan h' (rad),
         positive where the surface falls along the scan; at a kink that of the face ahead.
     period : ndarray of int, shape (n,)
@@ -162,7 +162,7 @@ class Scan(Batch):
     contact: FloatArray
     x0: FloatArray
     mu0: FloatArray
-    lift: FloatArray
+    height: FloatArray
     inclination: FloatArray
     period: IntArray
     phase: StrArray
@@ -181,7 +181,7 @@ class Scan(Batch):
             contact=numbers,
             x0=numbers,
             mu0=numbers,
-            lift=numbers,
+            height=numbers,
             inclination=numbers,
             period=np.empty(0, dtype=np.int64),
             phase=texts,
@@ -224,7 +224,7 @@ class Scan(Batch):
     def penetrates(self) -> bool:
         """Whether the rod passes through the surface in one of the steps, as no real rod does.
 
-        On an oblique stage: whether x0 is so large that it does at one of the solved heights.
+        On an oblique stage: whether x0 is so large that it does at one of the solved distances.
         """
         if self.stage is None:
             return False
@@ -252,7 +252,7 @@ class Scan(Batch):
         """Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L), shape (n, 3)."""
         if self.stage is None:
             return np.empty((0, 3))
-        states = self.stage.at(self.clamp, self.lift)
+        states = self.stage.at(self.clamp, self.height)
         sign = self._sign
         mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
         return np.asarray(states(states.clip(sign * self.x0)) * mirror)
@@ -268,7 +268,7 @@ class Scan(Batch):
         """States of the rod; their x0 is the clamp's displacement since α = 0, as in `since`."""
         if self.stage is None:
             return StickingState.unknown(0)
-        states, sign = self.stage.at(self.clamp, self.lift), self._sign
+        states, sign = self.stage.at(self.clamp, self.height), self._sign
         found = states.state(states.clip(sign * self.x0))
         behind = np.flatnonzero(sign < 0)
         loads = mirrored(found.take(behind), 0.0)
@@ -308,17 +308,17 @@ class Scan(Batch):
         if self.stage is None:
             none = np.empty((0, points))
             return ScannedShapes(s=s, x=none, y=none, phi=none, residual=np.empty(0))
-        states, along = self.stage.at(self.clamp, self.lift), self.stage.along(self.clamp)
+        states, along = self.stage.at(self.clamp, self.height), self.stage.along(self.clamp)
         offset = self.contact - along
-        height = height_at(self.clamp, self.stage.eta, self.stage.angle)
+        distance = distance_at(self.clamp, self.stage.eta, self.stage.angle)
         x, y, phi = states.shapes(states.clip(sign * self.x0), sign * offset, s)
         x, phi = sign[:, None] * x, np.where(sign[:, None] < 0, np.pi - phi, phi)
         # In line contact only a straight tail ends at the point of the surface that `contact` is.
-        residual = np.hypot(x[:, -1] - offset, y[:, -1] - (height - self.lift))
+        residual = np.hypot(x[:, -1] - offset, y[:, -1] - (distance - self.height))
         return ScannedShapes(
             s=s,
             x=along[:, None] + x,
-            y=self.stage.eta - height[:, None] + y,
+            y=self.stage.eta - distance[:, None] + y,
             phi=phi,
             residual=residual,
         )
@@ -448,7 +448,7 @@ def _check_states(stage: Stage, surface: Surface, positions: FloatArray, model: 
     """Refuse a scan that may need states of the rod that were not solved."""
     if surface.texture is not None and isinstance(stage.response, Response):
         raise ArgumentError(
-            "on a surface with heights the rod must be solved over a range of heights: make its "
+            "on a surface with heights the rod must be solved over a range of distances: make its "
             "stage by stage_of(rod, positions, texture=...)"
         )
     retracts = model.law.overshoots or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
@@ -563,9 +563,9 @@ def _assembled(
 
     contact = in_rows([tip.contact for tip in tips])
     side = np.repeat([tip.side for tip in tips], counts)
-    lift = in_rows([tip.footing.lift for tip in tips])
+    height = in_rows([tip.footing.height for tip in tips])
     slope = in_rows([tip.footing.ahead.slope for tip in tips])
-    states, x0 = stage.states(clamp, contact, side, lift)
+    states, x0 = stage.states(clamp, contact, side, height)
     # In the step of a slip x0 is known without the rounding of positions.
     rest = np.full(len(clamp), np.nan)
     rest[begins[counts > 0]] = [tip.rest for tip, count in zip(tips, counts, strict=True) if count]
@@ -582,7 +582,7 @@ def _assembled(
         contact=contact,
         x0=side * x0 + 0.0,  # no −0
         mu0=in_rows([tip.mu0 for tip in tips]),
-        lift=lift,
+        height=height,
         inclination=0.0 - side * np.arctan(slope),
         period=np.repeat(np.cumsum(slipped), counts),
         phase=phase,

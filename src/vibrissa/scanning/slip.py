@@ -44,7 +44,7 @@ class Lost(StrEnum):
     BENT
         The tip comes to the last computed state of the rod.
     DEEP
-        The surface leaves the heights at which the rod is solved.
+        The surface leaves the distances from the clamp at which the rod is solved.
     """
 
     LIFTS = "lifts"
@@ -338,8 +338,8 @@ class Slip:
 
     def _held(self, contact: FloatArray | float) -> Held:
         """Return the states of the rod with the tip at given positions (L)."""
-        lift = 0.0 if self.surface.texture is None else self.surface.height(contact)
-        return self.stage.states(self.clamp, contact, self.side, lift)
+        height = 0.0 if self.surface.texture is None else self.surface.height(contact)
+        return self.stage.states(self.clamp, contact, self.side, height)
 
     def _forces(
         self, contact: FloatArray | float, *slopes: FloatArray | float
@@ -494,11 +494,11 @@ class Slip:
         kept = breaks[: last + 1]
         return np.append(kept[kept < end], end), (Lost.BENT, Lost.DEEP)[row]
 
-    def _rooms(self, held: Held, lift: FloatArray, way: int) -> FloatArray:
-        """How far states are from the last computed x0 and from the last height (L)."""
+    def _rooms(self, held: Held, height: FloatArray, way: int) -> FloatArray:
+        """How far states are from the last computed x0 and from the last distance (L)."""
         states, x0 = held
         room = x0 - states.x0_pull if way > 0 else states.x0_end - x0
-        return np.array([room, self.stage.reach(self.clamp, lift)])
+        return np.array([room, self.stage.reach(self.clamp, height)])
 
     def _balance(self, contact: float, way: int, breaks: FloatArray) -> _Part:
         """Compute the forces along a part of a slide."""
@@ -506,14 +506,14 @@ class Slip:
         place = breaks[:-1, None] + np.diff(breaks)[:, None] * cell.nodes
         place = contact + self.side * way * place
         plane = surface.texture is None
-        lift = 0.0 if plane else surface.height(place)
-        held = self.stage.states(self.clamp, place, self.side, lift)
+        height = 0.0 if plane else surface.height(place)
+        held = self.stage.states(self.clamp, place, self.side, height)
         slope = 0.0 if plane else self.side * surface.slope(place)
         tangential, normal = _resolved(held, slope)
         friction = self.model.kinetic_ratio * surface(place) * normal
         values = np.array([-way * tangential, friction, normal])
         forces = _Forces(breaks, cell.coefficients @ values.transpose(0, 2, 1))
-        room = np.inf if plane else float(self._rooms(held, np.asarray(lift), way).min())
+        room = np.inf if plane else float(self._rooms(held, np.asarray(height), way).min())
         return _Part(forces=forces, room=room)
 
     def _stopped(self, contact: float, onward: int, distance: float) -> float:

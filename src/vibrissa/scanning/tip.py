@@ -28,7 +28,7 @@ class Margin(IntEnum):
     END, PULL
         Distances of x0 from the largest and the smallest x0 of the computed states (L).
     REACH
-        Distance of the height from the ends of the computed heights (L).
+        How far the clamp–surface distance is within the computed range (L).
     """
 
     FORWARD = 0
@@ -154,7 +154,7 @@ class Tip:
 
     def held(self, clamp: ArrayLike) -> Held:
         """Return the states of the rod at clamp positions, and the x0 of each (L)."""
-        return self.stage.states(clamp, self.contact, self.side, self.footing.lift)
+        return self.stage.states(clamp, self.contact, self.side, self.footing.height)
 
     def margins(self, clamp: ArrayLike) -> FloatArray:
         """Compute the margins of sticking at each clamp position, shape (5, ...).
@@ -173,7 +173,7 @@ class Tip:
                 behind.mu0 * on_behind.normal - on_behind.tangential,
                 states.x0_end - x0,
                 x0 - states.x0_pull,
-                np.broadcast_to(self.stage.reach(clamp, self.footing.lift), x0.shape),
+                np.broadcast_to(self.stage.reach(clamp, self.footing.height), x0.shape),
             ]
         )
 
