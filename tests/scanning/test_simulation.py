@@ -72,7 +72,9 @@ def slip_of(response, mu0, law, ratio, damping=0.0):
 @pytest.mark.parametrize("mu0", [0.1, 0.4])
 def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
     onset = float(response.curve.onset(mu0))
-    pulled = brentq(lambda x0: response(x0) @ [1.0, mu0, 0.0], response.x0_pull, 0.0, xtol=1e-14)
+    pulled = brentq(
+        lambda x0: response.reactions(x0) @ [1.0, mu0, 0.0], response.x0_pull, 0.0, xtol=1e-14
+    )
     for start, end in ((onset + 0.01, onset), (1.2 * pulled, pulled)):
         slip = slip_of(response, mu0, SlipLaw.KINETIC, 1.0)
         rest = slip.rest(response.contact(0.0, start, 1))
@@ -127,7 +129,7 @@ def test_a_tip_that_is_driven_again_on_its_way_loses_a_part_of_its_largest_energ
     ends = [*edges[1:], found.contact]
     for low, high, mu0 in zip([begin, *edges[1:]], ends, friction, strict=True):
         contact = np.linspace(low, high, 4001)
-        fx, fy, _ = response(response.x1_init - contact).T
+        fx, fy, _ = response.reactions(response.x1_init - contact).T
         steps = np.diff(contact) * ((-fx + 0.5 * mu0 * fy)[1:] + (-fx + 0.5 * mu0 * fy)[:-1]) / 2
         along = energy + np.cumsum(steps)
         energy, largest = along[-1], max(largest, along.max())
@@ -169,7 +171,7 @@ def integral(response, start, stop):
     """Integrals of fx, fy and m over x0, on one smooth stretch."""
     nodes, weights = np.polynomial.legendre.leggauss(24)
     half = 0.5 * (stop - start)
-    return half * (weights @ response(start + half * (1.0 + nodes)))
+    return half * (weights @ response.reactions(start + half * (1.0 + nodes)))
 
 
 def unretracted(response):

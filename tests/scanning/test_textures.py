@@ -101,7 +101,7 @@ def test_a_slip_consumes_its_energy_on_its_way_over_crests():
     nodes, weights = np.polynomial.legendre.leggauss(80)
     x = begin + (end - begin) * 0.5 * (1.0 + nodes)
     states, x0 = found.stage.states(np.full(80, clamp), x, 1, texture.height(x))
-    fx, fy, _ = states(x0).T
+    fx, fy, _ = states.reactions(x0).T
     gamma = -np.arctan(texture.slope(x))
     tangential, normal = resolved(fx, fy, gamma)
     left = (-tangential - 0.8 * 0.3 * normal) / np.cos(gamma)

@@ -205,5 +205,5 @@ def _held(
     sign = side[known]
     mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
     found.x0[known] = held
-    found.loads[known] = states(states.clip(held)) * mirror
+    found.loads[known] = states.reactions(states.clip(held)) * mirror
     return found

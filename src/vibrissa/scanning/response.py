@@ -83,11 +83,11 @@ class States(ABC):
             Arc lengths between 0 and 1, increasing (L).
         """
 
-    def __call__(self, x0: ArrayLike) -> FloatArray:
+    def reactions(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements, shape x0.shape + (3,)."""
         return self.derivative(x0, 0)
 
-    def slope(self, x0: ArrayLike) -> FloatArray:
+    def reactions_slope(self, x0: ArrayLike) -> FloatArray:
         """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
         return self.derivative(x0, 1)
 
@@ -100,19 +100,19 @@ class States(ABC):
 
         It is negative where the clamp pulls the tip.
         """
-        fx, fy, _ = np.moveaxis(self(x0), -1, 0)
+        fx, fy, _ = np.moveaxis(self.reactions(x0), -1, 0)
         return np.asarray(fx / fy)
 
     def demand_slope(self, x0: ArrayLike) -> FloatArray:
         """Differentiate −tan α with respect to x0 (1/L)."""
-        fx, fy, _ = np.moveaxis(self(x0), -1, 0)
-        fx_slope, fy_slope, _ = np.moveaxis(self.slope(x0), -1, 0)
+        fx, fy, _ = np.moveaxis(self.reactions(x0), -1, 0)
+        fx_slope, fy_slope, _ = np.moveaxis(self.reactions_slope(x0), -1, 0)
         return np.asarray((fx_slope * fy - fx * fy_slope) / fy**2)
 
     @property
     def mu_lock(self) -> float:
         """Largest μ0 at which a pushed tip slips; infinite if it lifts off instead of locking."""
-        fx, fy, _ = self(self.x0_lock)
+        fx, fy, _ = self.reactions(self.x0_lock)
         return float(fx / fy) if fy < -LEAST_FORCE else float("inf")
 
     def contact(self, clamp: float, x0: float, side: int) -> float:

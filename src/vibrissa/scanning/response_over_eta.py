@@ -133,7 +133,7 @@ class EtaPart:
         """For each stretch, a spline of the Chebyshev coefficients of the reactions along it."""
         return self._splined(
             [
-                branch(_knots(bounds))
+                branch.reactions(_knots(bounds))
                 for branch, bounds in zip(self.branches, self.bounds, strict=True)
             ]
         )
@@ -550,5 +550,5 @@ def interpolated(rod: MountedRod, low: float, high: float) -> EtaPart:
 def agrees(found: States, solved: States, tolerance: float) -> bool:
     """Whether interpolated reactions agree with solved ones at all x0 up to the lock."""
     x0 = np.linspace(solved.x0_pull, solved.x0_lock, KNOTS)[1:-1]
-    error = np.abs(found(found.clip(x0)) - solved(x0))
-    return bool(error.max() <= tolerance * np.abs(solved(x0)).max())
+    error = np.abs(found.reactions(found.clip(x0)) - solved.reactions(x0))
+    return bool(error.max() <= tolerance * np.abs(solved.reactions(x0)).max())

@@ -255,7 +255,7 @@ class Scan(Batch):
         states = self.stage.at(self.clamp, self.height)
         sign = self._sign
         mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
-        return np.asarray(states(states.clip(sign * self.x0)) * mirror)
+        return np.asarray(states.reactions(states.clip(sign * self.x0)) * mirror)
 
     @property
     def apparent_friction(self) -> FloatArray:

@@ -530,7 +530,7 @@ class Slip:
 def _resolved(held: Held, slope: FloatArray | float) -> ContactForces:
     """Resolve the forces on a tip in given states of the rod, for a slope of the surface."""
     states, x0 = held
-    loads = states(states.clip(x0))
+    loads = states.reactions(states.clip(x0))
     return contact_forces(loads[..., 0], loads[..., 1], slope)
 
 

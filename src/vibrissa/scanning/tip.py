@@ -162,7 +162,7 @@ class Tip:
         The tip sticks while none is negative. `Margin` names the rows.
         """
         states, x0 = self.held(clamp)
-        loads = states(states.clip(x0))
+        loads = states.reactions(states.clip(x0))
         ahead, behind = self.footing.ahead, self.footing.behind
         on_ahead, on_behind = (
             contact_forces(loads[..., 0], loads[..., 1], face.slope) for face in (ahead, behind)

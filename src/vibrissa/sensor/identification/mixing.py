@@ -101,7 +101,7 @@ def table_of_states(task: Task, whisker: Whisker) -> StateTable:
     check_range(whisker, low, high)
     (branch,) = kept_responses(whisker.level(0.5 * (low + high)))
     x0 = np.linspace(branch.x0_pull, branch.x0_end, TABLE)
-    loads = branch(x0)
+    loads = branch.reactions(x0)
     if len(task.used) == 1:
         # One channel distinguishes the states only as long as it grows.
         back = np.flatnonzero(np.diff(task.weighted(loads)[:, 0]) <= 0.0)
