@@ -11,7 +11,7 @@ from vibrissa import Mounting, Status, solve_curve, solve_onset, stick_slip
 from vibrissa.errors import NoResponseError
 from vibrissa.outcomes import End, SlipLaw
 from vibrissa.scanning.cycles import as_far_as_possible, move, stage_maker
-from vibrissa.scanning.simulation import Outcome, Scan
+from vibrissa.scanning.scan import Outcome, Scan
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sticking.curve import failed_curve
 

@@ -14,7 +14,8 @@ from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.scanning import SlipLaw, surfaces
 from vibrissa.scanning.response_over_eta import EXACT, respond_over
-from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
+from vibrissa.scanning.scan import Outcome, TipPhase
+from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import Stage, path
 from vibrissa.sensor import Whisker, scan
 

@@ -10,7 +10,7 @@ from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
 from vibrissa.cli.warnings import material_of, warn, with_modulus
 from vibrissa.scanning import SlipLaw
-from vibrissa.scanning.simulation import TipSide
+from vibrissa.scanning.scan import TipSide
 from vibrissa.sensor import Setup
 from vibrissa.sensor.surface_texts import read_heights, read_surface
 from vibrissa.sensor.transducer import transducer_of

@@ -16,7 +16,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Solver, TipMotion
 from vibrissa.scanning.cycles import move, stage_maker
 from vibrissa.scanning.response import LOADS
-from vibrissa.scanning.simulation import Outcome, Scan, TipPhase, TipSide
+from vibrissa.scanning.scan import Outcome, Scan, TipPhase, TipSide
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
@@ -161,7 +161,7 @@ def _steps(
 ) -> dict[str, Any]:
     rows = slice(None) if each_step else slice(-1, None)
     # Numbers of steps and x0 are counted from the slip before.
-    cycle, step, since = scan.cycle[rows], scan.step[rows], scan.since[rows]
+    cycle, step, x0 = scan.cycle[rows], scan.step[rows], scan.x0_along_stage[rows]
     scan = scan.take(rows)
     state = scan.state
     columns = {
@@ -176,7 +176,7 @@ def _steps(
         "inclination": scan.inclination,
         "apparent_friction": scan.apparent_friction,
         **state_values(state),
-        "x0": since,
+        "x0": x0,
         # As commands and notebooks report them; the state has them to rounding.
         **dict(zip(LOADS, scan.reactions.T, strict=True)),
         **frequency_values(_frequencies(point, state, frequencies)),

@@ -18,7 +18,8 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import step_position
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import MountedRod
-from vibrissa.scanning.simulation import Outcome, Scan, simulate
+from vibrissa.scanning.scan import Outcome, Scan
+from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.slip import FREE_SLIP, Slip, SlipLaw, SlipModel
 from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
@@ -30,7 +31,7 @@ from vibrissa.sticking.curve import StickingCurve
 SPARE = 1.25
 
 
-class MakesStage(Protocol):
+class StageMaker(Protocol):
     """Makes the stage of a rod for positions of the clamp (L) and heights of a surface."""
 
     def __call__(self, positions: FloatArray, texture: Texture | None) -> Stage:
@@ -98,7 +99,7 @@ def stick_slip(
     )
 
 
-def stage_maker(curve: StickingCurve) -> MakesStage:
+def stage_maker(curve: StickingCurve) -> StageMaker:
     """Return a function that makes the stage of a rod.
 
     Parameters
@@ -109,16 +110,16 @@ def stage_maker(curve: StickingCurve) -> MakesStage:
     rod = MountedRod.of(curve)
     level = Stage(response=Response(curve=curve), eta=curve.eta)
 
-    def stage(positions: FloatArray, texture: Texture | None) -> Stage:
+    def make_stage(positions: FloatArray, texture: Texture | None) -> Stage:
         if texture is None and not rod.mounting.stage_angle:
             return level
         return stage_of(rod, positions, texture=texture)
 
-    return stage
+    return make_stage
 
 
 def move(
-    stage: MakesStage,
+    make_stage: StageMaker,
     surface: Surface,
     step: Decimal | float | str,
     *,
@@ -132,7 +133,7 @@ def move(
 
     Parameters
     ----------
-    stage : callable
+    make_stage : callable
         Makes the stage for given clamp positions (L) and heights, as `stage_maker` returns it.
     surface : Surface
     step : Decimal or float or str
@@ -159,7 +160,7 @@ def move(
     """
     if (to is None) == (cycles is None):
         raise ArgumentError("a scan needs either 'to' or 'cycles'")
-    motion = Motion(stage=stage, surface=surface, model=model, tip_radius=tip_radius)
+    motion = Motion(make_stage=make_stage, surface=surface, model=model, tip_radius=tip_radius)
     try:
         if cycles is not None:
             return until_slips(motion, exact(step), cycles)
@@ -177,7 +178,7 @@ def move(
 class Motion:
     """All inputs of a scan but the positions of its clamp; see `move`."""
 
-    stage: MakesStage
+    make_stage: StageMaker
     surface: Surface
     model: SlipModel
     tip_radius: float
@@ -185,7 +186,7 @@ class Motion:
     def scan(self, positions: FloatArray, slips: int | None = None) -> Scan:
         """Simulate a scan through positions of the clamp (L), or its first slips."""
         traced = self.surface.traced(self.tip_radius, positions)
-        stage = self.stage(positions, traced.texture)
+        stage = self.make_stage(positions, traced.texture)
         return simulate(stage, traced, positions, self.model, slips)
 
 
@@ -300,7 +301,6 @@ def steady_travel(response: Response, mu0: float, model: SlipModel) -> float:
     if np.isnan(onset):
         raise ArgumentError(f"the tip does not slip at mu0 = {mu0!r}: it is self-locking")
     stage = Stage(response=response, eta=response.curve.eta)
-    rest = Slip(stage=stage, surface=constant(mu0), model=model).rest(
-        response.contact(0.0, onset, 1)
-    )
-    return onset - rest.x0 if rest.lost is None else np.nan
+    slip = Slip(stage=stage, surface=constant(mu0), model=model)
+    end = slip.follow(response.contact(0.0, onset, 1))
+    return onset - end.x0 if end.lost is None else np.nan

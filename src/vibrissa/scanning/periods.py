@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.scanning.slip import Rest
+from vibrissa.scanning.slip import SlipEnd
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Footing
 from vibrissa.scanning.tip import Tip
@@ -55,7 +55,7 @@ class Period(NamedTuple):
         Clamp position during the slip (L); NaN without a slip.
     footing : Footing or None
         Place of the tip after the slip; None if it did not come to rest.
-    rest : Rest or None
+    slip_end : SlipEnd or None
         Where the slip ends, and its energies; None if the tip did not come to rest.
     """
 
@@ -65,7 +65,7 @@ class Period(NamedTuple):
     ends_by: EndsBy
     clamp: float = np.nan
     footing: Footing | None = None
-    rest: Rest | None = None
+    slip_end: SlipEnd | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -147,10 +147,10 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
     onset = np.array([end.until for end in ends])
     side = np.array([tip.side for tip in tips], dtype=np.int64)
     contact = np.array([tip.contact for tip in tips])
-    slip = np.array([end.clamp for end in ends])
-    rests = [end.rest or Rest(contact=np.nan, x0=np.nan) for end in ends]
-    x0_rest = np.array([rest.x0 for rest in rests])
-    contact_rest = np.array([rest.contact for rest in rests])
+    clamp_in_slip = np.array([end.clamp for end in ends])
+    slips = [end.slip_end or SlipEnd(contact=np.nan, x0=np.nan) for end in ends]
+    x0_rest = np.array([slip.x0 for slip in slips])
+    contact_rest = np.array([slip.contact for slip in slips])
     height = np.array([tip.footing.height for tip in tips])
     slope = np.array([tip.footing.ahead.slope for tip in tips])
     height_rest = np.array([end.footing.height if end.footing else np.nan for end in ends])
@@ -160,7 +160,7 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
         begin=clamp[begin],
         last=clamp[last],
         onset=onset,
-        slip=slip,
+        slip=clamp_in_slip,
         steps=last - begin,
         travel=way[last] - way[begin] + np.abs(onset - clamp[last]),
         contact=contact,
@@ -172,9 +172,9 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
         x0_onset=side * at_onset.x0,
         x0_rest=side * x0_rest + 0.0,  # no −0
         loads_onset=at_onset.loads,
-        loads_rest=_held(tips, slip, contact_rest, side, height_rest, x0_rest).loads,
-        released=np.array([rest.released for rest in rests]),
-        dissipated=np.array([rest.dissipated for rest in rests]),
+        loads_rest=_held(tips, clamp_in_slip, contact_rest, side, height_rest, x0_rest).loads,
+        released=np.array([slip.released for slip in slips]),
+        dissipated=np.array([slip.dissipated for slip in slips]),
         ends_by=np.array([end.ends_by for end in ends], dtype=np.str_),
     )
 

@@ -9,7 +9,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Quantity, Units
 from vibrissa.scanning.cycles import move
-from vibrissa.scanning.simulation import Scan, TipPhase, TipSide
+from vibrissa.scanning.scan import Scan, TipPhase, TipSide
 from vibrissa.scanning.slip import SlipLaw, SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
