@@ -31,7 +31,7 @@ def computed(
 ):
     end = {"to": None, "cycles": None} | end
     (found,) = computed_scans(
-        scan="s",
+        scan_name="s",
         axes=ROD | (rod or {}),
         surfaces=[surface],
         laws=[law_of(*law)],

@@ -36,7 +36,7 @@ class ScanTables(NamedTuple):
 
 
 def computed_scans(
-    scan: str,
+    scan_name: str,
     axes: Mapping[str, Values],
     surfaces: Sequence[Variant],
     laws: Sequence[Mapping[str, Any]],
@@ -58,12 +58,12 @@ def computed_scans(
         (curve,) = solve([rod], solver, retract=True)
         for (variant, surface), law in product(zip(surfaces, made, strict=True), laws):
             point = {**rod, **variant, **law}
-            found = scan_of(point, curve, surface, to=to, cycles=cycles)
-            print(scan, spelled(point), found.status, found.message)
+            scan = scan_of(point, curve, surface, to=to, cycles=cycles)
+            print(scan_name, spelled(point), scan.status, scan.message)
             yield scan_tables(
-                scan,
+                scan_name,
                 point,
-                found,
+                scan,
                 study=study,
                 method=solver.method,
                 shapes=shapes,
@@ -107,7 +107,7 @@ def scan_of(
 
 
 def scan_tables(
-    name: str,
+    scan_name: str,
     point: Mapping[str, Any],
     scan: Scan,
     *,
@@ -131,7 +131,7 @@ def scan_tables(
         Number of natural frequencies to compute at each step.
     """
     same = {
-        **{"study": study, "method": method, "scan": name},
+        **{"study": study, "method": method, "scan": scan_name},
         **axis_columns(point),
         **{"status": scan.status, "message": scan.message},
     }
