@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from responses import by_law, respond
 from steel import SENSOR
 from vibrissa import Mounting, stick_slip
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, EndedScanError
 from vibrissa.outcomes import RodSection
 from vibrissa.quantities.units import Units
 from vibrissa.scanning import surfaces
@@ -424,6 +424,19 @@ def test_a_long_step_swings_and_slips_at_once(response):
     assert result.side.tolist() == ["ahead", "ahead", "behind", "behind"]
     assert result.x0 == pytest.approx([0.0, 0.4, 0.0, 0.001]) and result.period[-1] == 2
     assert (np.signbit(result.x0) == [False] * 4).all()
+
+
+def test_a_rod_that_swings_off_the_known_surface_keeps_its_steps():
+    rod, positions = respond(3.0, 0.85, "line"), path("0.01", ["0.85"])
+    whole = simulate(rod, surfaces.constant(0.9), positions)
+    (swing,) = np.flatnonzero(whole.phase == TipPhase.SWING)
+    edge = whole.contact[swing - 1 : swing + 1].mean()
+    with pytest.raises(EndedScanError, match="extend it") as ended:
+        simulate(rod, surfaces.profile([edge, 2.0], [0.9, 0.9]), positions)
+    found = ended.value.scan
+    assert found.outcome is Outcome.OUT_OF_REACH and "buckles laterally" in found.message
+    assert found.contact.tolist() == whole.contact[:swing].tolist()
+    assert found.periods.ends_by.tolist() == ["unknown"]
 
 
 def test_signals_go_on_past_the_swing():

@@ -196,30 +196,31 @@ def until_slips(motion: Motion, dx0: Decimal, slips: int) -> Scan:
     The path is made longer until it suffices. It ends where the stage takes the rod to
     distances at which its states are not known.
     """
-    enough, refused = 0, 0
-    found, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
-    while refused != enough + 1:
-        steps = (enough + refused) // 2 if refused else _more_steps(found, enough, slips)
+    scan, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
+    # Steps of the longest path with known states so far, and of the shortest one without.
+    known, unknown = 0, None
+    while unknown is None or unknown > known + 1:
+        steps = _more_steps(scan, known, slips) if unknown is None else (known + unknown) // 2
         try:
-            found = motion.scan(step_position(np.arange(steps + 1), dx0), slips)
+            scan = motion.scan(step_position(np.arange(steps + 1), dx0), slips)
         except NoResponseError as error:
-            refused, reason = steps, str(error)
+            unknown, reason = steps, str(error)
             continue
-        if len(found) <= steps or found.slips == slips:
-            return found
-        enough = steps
-        if enough > MOST_STEPS:
+        if len(scan) <= steps or scan.slips == slips:
+            return scan
+        known = steps
+        if known > MOST_STEPS:
             raise ArgumentError(f"dx0 is too small: a scan has {MOST_STEPS:,} steps at most")
-    return replace(found, outcome=Outcome.OUT_OF_REACH, message=reason)
+    return replace(scan, outcome=Outcome.OUT_OF_REACH, message=reason)
 
 
-def _more_steps(found: Scan, steps: int, slips: int) -> int:
+def _more_steps(scan: Scan, steps: int, slips: int) -> int:
     """Estimate the steps that suffice for a number of slips, from a scan of fewer `steps`."""
     least = max(2 * steps, slips)
     # On an oblique stage a longer path takes the rod to more distances, which must be solved.
-    if found.stage is None or found.stage.angle or not found.slips:
+    if scan.stage is None or scan.stage.angle or not scan.slips:
         return least
-    return max(least, ceil(SPARE * steps * slips / found.slips))
+    return max(least, ceil(SPARE * steps * slips / scan.slips))
 
 
 def as_far_as_possible(

@@ -10,7 +10,6 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.scanning.slip import SlipEnd
-from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Footing
 from vibrissa.scanning.tip import Tip
 
@@ -154,7 +153,7 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
     height = np.array([tip.footing.height for tip in tips])
     slope = np.array([tip.footing.ahead.slope for tip in tips])
     height_rest = np.array([end.footing.height if end.footing else np.nan for end in ends])
-    at_onset = _held(tips, onset, contact, side, height)
+    at_onset = _loading(tips, onset, contact, side, height)
     return Periods(
         period=np.arange(1, len(ends) + 1),
         begin=clamp[begin],
@@ -172,38 +171,35 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
         x0_onset=side * at_onset.x0,
         x0_rest=side * x0_rest + 0.0,  # no −0
         loads_onset=at_onset.loads,
-        loads_rest=_held(tips, clamp_in_slip, contact_rest, side, height_rest, x0_rest).loads,
+        loads_rest=_loading(tips, clamp_in_slip, contact_rest, side, height_rest, x0_rest).loads,
         released=np.array([slip.released for slip in slips]),
         dissipated=np.array([slip.dissipated for slip in slips]),
         ends_by=np.array([end.ends_by for end in ends], dtype=np.str_),
     )
 
 
-class _Held(NamedTuple):
+class _Loading(NamedTuple):
     """Displacements of rods whose tips stick (L), and their loads."""
 
     x0: FloatArray
     loads: FloatArray
 
 
-def _held(
+def _loading(
     tips: Sequence[Tip],
     clamp: FloatArray,
     contact: FloatArray,
     side: IntArray,
     height: FloatArray,
     x0: FloatArray | None = None,
-) -> _Held:
+) -> _Loading:
     """Displacement and loads at clamp positions; NaN where the position is NaN."""
     known = np.flatnonzero(~np.isnan(clamp))
-    found = _Held(x0=np.full(len(clamp), np.nan), loads=np.full((len(clamp), 3), np.nan))
-    if not len(known):
-        return found
-    stage: Stage = tips[0].stage
-    states, held = stage.states(clamp[known], contact[known], side[known], height[known])
-    held = held if x0 is None else x0[known]
-    sign = side[known]
-    mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
-    found.x0[known] = held
-    found.loads[known] = states.reactions(states.clip(held)) * mirror
-    return found
+    displacements, loads = np.full(len(clamp), np.nan), np.full((len(clamp), 3), np.nan)
+    if len(known):
+        stage, sign = tips[0].stage, side[known]
+        states, held = stage.states(clamp[known], contact[known], sign, height[known])
+        displacements[known] = held if x0 is None else x0[known]
+        mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
+        loads[known] = states.reactions(states.clip(displacements[known])) * mirror
+    return _Loading(x0=displacements, loads=loads)

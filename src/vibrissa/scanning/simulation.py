@@ -152,6 +152,11 @@ class _End(NamedTuple):
     message: str = ""
     error: ArgumentError | None = None
 
+    @classmethod
+    def off_surface(cls, error: ArgumentError) -> "_End":
+        """End of a scan whose tip leaves the known part of the surface."""
+        return cls(outcome=Outcome.OUT_OF_REACH, message=str(error), error=error)
+
 
 class _Following(NamedTuple):
     """What follows where a tip no longer sticks.
@@ -219,19 +224,24 @@ class _Course:
 
         On a surface with heights, where the tip alone touches, it stays at its place.
         """
-        contact = tip.contact
+        contact, buckles = tip.contact, self._locks(SWINGS, tip, sticking, 0)
         if self.surface.texture is None:
             contact = 2.0 * float(self.stage.along(sticking.until)) - tip.contact
+        try:
+            footing = self.surface.footing(contact, -tip.side)
+        except ArgumentError as error:
+            period = _period(tip, sticking, EndsBy.UNKNOWN)
+            return _Following(period=period, end=_End.off_surface(error), buckles=buckles)
         swung = Tip(
             stage=self.stage,
-            footing=self.surface.footing(contact, -tip.side),
+            footing=footing,
             side=-tip.side,
             clamp=sticking.until,
             begin=sticking.stop,
             x0_rest=np.nan,
             slipped=False,
         )
-        return _Following(tip=swung, buckles=self._locks(SWINGS, tip, sticking, 0))
+        return _Following(tip=swung, buckles=buckles)
 
     def _after_slip(self, tip: Tip, sticking: EndOfSticking) -> _Following:
         """Let the tip slip, with the clamp at the first step at which it does not stick."""
@@ -241,8 +251,8 @@ class _Course:
             slip = self.slip(clamp, tip.side).follow(tip.contact)
             footing = self.surface.footing(slip.contact, tip.side) if slip.lost is None else None
         except ArgumentError as error:
-            end = _End(outcome=Outcome.OUT_OF_REACH, message=str(error), error=error)
-            return _Following(period=period._replace(ends_by=EndsBy.UNKNOWN), end=end)
+            period = period._replace(ends_by=EndsBy.UNKNOWN)
+            return _Following(period=period, end=_End.off_surface(error))
         if footing is None:
             return _Following(
                 period=period._replace(ends_by=EndsBy.LOST),
