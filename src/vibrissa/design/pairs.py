@@ -125,7 +125,7 @@ class Pair:
     @cached_property
     def reactions(self) -> FloatArray:
         """Clamp reactions fx, fy and m at 129 places in the longest period, shape (129, 3)."""
-        return self.response(self.longest * PLACES)
+        return self.response.reactions(self.longest * PLACES)
 
     @cached_property
     def demand_slope(self) -> FloatArray:
@@ -185,7 +185,7 @@ def survey(
 def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sensitivity:
     """Compute the sensitivity of readings and friction in k periods that end at x0 = `end` (L)."""
     x0 = end[:, None] * NODES
-    y, slope, eta = response(x0), response.slope(x0), response.curve.eta
+    y, slope, eta = response.reactions(x0), response.reactions_slope(x0), response.curve.eta
     steps, curves = _neighbours(response.curve, contact)
     of_rod = derivatives(y, {name: _loads(curve, x0) for name, curve in curves.items()}, steps)
     x1_init = {name: np.array(curve.x1_init) for name, curve in curves.items()}
