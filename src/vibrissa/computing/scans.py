@@ -177,7 +177,8 @@ def _steps(
         "apparent_friction": scan.apparent_friction,
         **state_values(state),
         "x0": x0,
-        # As commands and notebooks report them; the state has them to rounding.
+        # In place of the same numbers of the state, as commands and notebooks report them: they
+        # differ by rounding.
         **dict(zip(LOADS, scan.reactions.T, strict=True)),
         **frequency_values(_frequencies(point, state, frequencies)),
     }

@@ -1,5 +1,7 @@
 """Collocated equations of equilibrium of the clamped rod in contact: residuals and Jacobian.
 
+The differential equation that they integrate is in `vibrissa.mechanics.elastica`.
+
 The rod touches the surface at arc length s_c. In point contact this is the tip, s_c = 1. In line
 contact the rod touches tangentially at s_c < 1, and the part beyond is unloaded: if straight, it
 lies on the surface. On the free part, up to s_c, the moment m of the contact force (fx, fy) obeys

@@ -193,8 +193,9 @@ class Motion:
 def until_slips(motion: Motion, dx0: Decimal, slips: int) -> Scan:
     """Move the clamp forward in steps of Δx0 (L) until the tip has slipped a number of times.
 
-    The path is made longer until it suffices. It ends where the stage takes the rod to
-    distances at which its states are not known.
+    How many steps that takes is not known before: the scan is simulated again over a longer path
+    until it suffices. If the stage then takes the rod to distances at which its states are not
+    known, the longest path without such distances is found by bisection.
     """
     scan, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
     # Steps of the longest path with known states so far, and of the shortest one without.
@@ -206,7 +207,8 @@ def until_slips(motion: Motion, dx0: Decimal, slips: int) -> Scan:
         except NoResponseError as error:
             unknown, reason = steps, str(error)
             continue
-        if len(scan) <= steps or scan.slips == slips:
+        ended_early = len(scan) <= steps
+        if ended_early or scan.slips == slips:
             return scan
         known = steps
         if known > MOST_STEPS:
@@ -234,8 +236,10 @@ def as_far_as_possible(
     ----------
     scan : callable
         Scans through turning points (L).
-    step, to : optional
-        Step and turning points of the path (L).
+    step : Decimal or float or str
+        Step of the path (L).
+    to : sequence
+        Its turning points (L).
 
     Raises
     ------

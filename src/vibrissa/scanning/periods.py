@@ -38,7 +38,7 @@ class EndsBy(StrEnum):
     UNKNOWN = "unknown"
 
 
-class Period(NamedTuple):
+class PeriodEnd(NamedTuple):
     """End of a period of sticking.
 
     Attributes
@@ -136,7 +136,7 @@ class Periods(Batch):
         return np.abs(self.contact_rest - self.contact)
 
 
-def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
+def periods_of(ends: Sequence[PeriodEnd], clamp: FloatArray) -> Periods:
     """Describe the periods that end at `ends` on the way of a scan's clamp (L)."""
     tips = [end.tip for end in ends]
     stop = np.array([end.stop for end in ends], dtype=np.int64)

@@ -11,7 +11,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Status
-from vibrissa.scanning.periods import Period, Periods, periods_of
+from vibrissa.scanning.periods import PeriodEnd, Periods, periods_of
 from vibrissa.scanning.rods import distance_at
 from vibrissa.scanning.stage import Stage
 from vibrissa.sticking.api import PENETRATES
@@ -106,7 +106,7 @@ class Scan(Batch):
         Number of the period of sticking, from 1. The step of a slip is the first of a new period.
     phase, side : ndarray of str, shape (n,)
         `TipPhase` and `TipSide` at each step.
-    ends : tuple of Period
+    ends : tuple of PeriodEnd
         Where each period of sticking ends, and how; `periods` has them as columns.
     """
 
@@ -122,7 +122,7 @@ class Scan(Batch):
     period: IntArray
     phase: StrArray
     side: StrArray
-    ends: tuple[Period, ...] = ()
+    ends: tuple[PeriodEnd, ...] = ()
 
     @classmethod
     def without_rows(cls, outcome: Outcome, message: str) -> "Scan":

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError, EndedScanError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.scanning.periods import EndsBy, Period
+from vibrissa.scanning.periods import EndsBy, PeriodEnd
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.scan import Outcome, Scan, TipPhase, TipSide
 from vibrissa.scanning.slip import FREE_SLIP, Flight, Lost, Slip, SlipEnd, SlipModel
@@ -107,7 +107,7 @@ def simulate(
         return Scan.without_rows(end.outcome, end.message)
     footing = surface.footing(start.contact, 1)
     first = Tip(stage=stage, footing=footing, clamp=clamp, x0_rest=start.x0)
-    tips, periods, flights, buckles = [first], list[Period](), list(start.flights), ""
+    tips, periods, flights, buckles = [first], list[PeriodEnd](), list(start.flights), ""
     tip: Tip | None = first
     end = _End(outcome=Outcome.COMPLETE)
     # Each period but the last one ends with a slip, after which the tip sticks at another place.
@@ -165,7 +165,7 @@ class _Following(NamedTuple):
     ----------
     tip : Tip or None
         The tip at the place where it sticks next; None if the scan ends.
-    period : Period or None
+    period : PeriodEnd or None
         The period of sticking that ends; None if it goes on after lateral buckling.
     end : _End
         How the scan ends, if it does.
@@ -176,7 +176,7 @@ class _Following(NamedTuple):
     """
 
     tip: Tip | None = None
-    period: Period | None = None
+    period: PeriodEnd | None = None
     end: _End = _End(outcome=Outcome.COMPLETE)
     flights: tuple[Flight, ...] = ()
     buckles: str = ""
@@ -217,6 +217,7 @@ class _Course:
         if leaving.margin is Margin.END or (leaving.locked and leaving.margin is Margin.BACKWARD):
             end = _End(outcome=Outcome.LOCK, message=self._locks(STAYS, tip, sticking, -1))
             return _Following(period=_period(tip, sticking, EndsBy.LOCK), end=end)
+        # Friction is exceeded, or the clamp has pulled the rod to its last state.
         return self._after_slip(tip, sticking)
 
     def _after_buckling(self, tip: Tip, sticking: EndOfSticking) -> _Following:
@@ -295,9 +296,9 @@ class _Course:
         )
 
 
-def _period(tip: Tip, sticking: EndOfSticking, ends_by: EndsBy) -> Period:
+def _period(tip: Tip, sticking: EndOfSticking, ends_by: EndsBy) -> PeriodEnd:
     """Return the period of sticking that ends with a tip at its place."""
-    return Period(tip=tip, stop=sticking.stop, until=sticking.until, ends_by=ends_by)
+    return PeriodEnd(tip=tip, stop=sticking.stop, until=sticking.until, ends_by=ends_by)
 
 
 def _flown(flights: Sequence[Flight], spell: Callable[[float], str]) -> str:
@@ -310,7 +311,7 @@ def _flown(flights: Sequence[Flight], spell: Callable[[float], str]) -> str:
 
 def _assembled(
     tips: Sequence[Tip],
-    periods: tuple[Period, ...],
+    periods: tuple[PeriodEnd, ...],
     clamp: FloatArray,
     outcome: Outcome,
     message: str,

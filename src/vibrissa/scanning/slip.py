@@ -409,7 +409,7 @@ class Slip:
             if part.lost is not None:
                 return _Slide(contact + onward * float(forces.breaks[-1]), lost=part.lost)
         # The surface is not known further on, or the rod has no further states.
-        self.surface(contact + onward * self._longest(contact, way))
+        self.surface.check_known(contact + onward * self._longest(contact, way))
         return _Slide(contact + onward * end, lost=Lost.BENT)
 
     def _stopping_distance(self, forces: _Forces) -> float:
@@ -535,8 +535,7 @@ class Slip:
 
 def _resolved(held: Held, slope: FloatArray | float) -> ContactForces:
     """Resolve the forces on a tip in given states of the rod, for a slope of the surface."""
-    states, x0 = held
-    loads = states.reactions(states.clip(x0))
+    loads = held.reactions
     return contact_forces(loads[..., 0], loads[..., 1], slope)
 
 

@@ -77,10 +77,15 @@ def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:
 
 
 class Held(NamedTuple):
-    """States of a rod whose tip sticks at a place, and the displacement x0 of each (L)."""
+    """A rod whose tip sticks at a place: its states as functions of x0, and its x0 (L)."""
 
     states: Response | StatesAtEta
     x0: FloatArray
+
+    @property
+    def reactions(self) -> FloatArray:
+        """Clamp reactions fx, fy and m, shape x0.shape + (3,); beyond the last state its own."""
+        return self.states.reactions(self.states.clip(self.x0))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

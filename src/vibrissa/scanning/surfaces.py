@@ -1,4 +1,4 @@
-"""Surfaces: static friction μ0, and height, as functions of the position along the surface."""
+"""Surfaces: static friction μ0 as a function of the position; the heights are in `textures`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -131,14 +131,7 @@ class Surface:
             If a position is outside of the known part, or the friction is not positive.
         """
         x = np.asarray(x, dtype=float)
-        outside = ~((x >= self.start) & (x <= self.stop))
-        if outside.any():
-            raise ArgumentError(
-                f"the {self.name} surface is known from x = {self.spell(self.start)} to "
-                f"{self.spell(self.stop)}, but the tip touches it at "
-                f"x = {self.spell(float(x[outside].ravel()[0]))}: extend it to there or, if the "
-                "tip does not start there, shorten the path"
-            )
+        self.check_known(x)
         mu0 = np.asarray(self.mu0(x), dtype=float)
         bad = ~(np.isfinite(mu0) & (mu0 > 0.0))
         if bad.any():
@@ -147,6 +140,24 @@ class Surface:
                 f"mu0 must be positive everywhere; it is not at x = {self.spell(where)}"
             )
         return mu0
+
+    def check_known(self, x: FloatArray | float) -> None:
+        """Refuse positions on the surface outside of its known part (L).
+
+        Raises
+        ------
+        ArgumentError
+            If a position is outside.
+        """
+        x = np.asarray(x, dtype=float)
+        outside = ~((x >= self.start) & (x <= self.stop))
+        if outside.any():
+            raise ArgumentError(
+                f"the {self.name} surface is known from x = {self.spell(self.start)} to "
+                f"{self.spell(self.stop)}, but the tip touches it at "
+                f"x = {self.spell(float(x[outside].ravel()[0]))}: extend it to there or, if the "
+                "tip does not start there, shorten the path"
+            )
 
     def height(self, x: ArrayLike) -> FloatArray:
         """Heights at positions on the surface (L)."""

@@ -165,8 +165,9 @@ class Tip:
 
         The tip sticks while none is negative. `Margin` names the rows.
         """
-        states, x0 = self.held(clamp)
-        loads = states.reactions(states.clip(x0))
+        held = self.held(clamp)
+        states, x0 = held
+        loads = held.reactions
         ahead, behind = self.footing.ahead, self.footing.behind
         on_ahead, on_behind = (
             contact_forces(loads[..., 0], loads[..., 1], face.slope) for face in (ahead, behind)
