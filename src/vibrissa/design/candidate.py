@@ -90,8 +90,8 @@ def limits_of(r: Requirements, pair: Pair, diameter: ArrayLike, length: ArrayLik
     d, along = np.asarray(diameter), np.asarray(length)
     moment = np.pi / 64.0 * d**4 * (1.0 - r.mounting.bore**4)  # I0 (m⁴)
     force = r.material.modulus * moment / along**2  # E·I0/L² (N)
-    found = _limits(r, pair, d, along, {Kind.FORCE: force, Kind.MOMENT: force * along})
-    return [limit for limit in found if limit.bound != (np.inf if limit.upper else 0.0)]
+    limits = _limits(r, pair, d, along, {Kind.FORCE: force, Kind.MOMENT: force * along})
+    return [limit for limit in limits if limit.bound != (np.inf if limit.upper else 0.0)]
 
 
 def _limits(
@@ -205,8 +205,8 @@ class Candidate:
     @cached_property
     def checks(self) -> list[Limit]:
         """All constraints, sorted by decreasing use (`Limit.use`, 1 at the bound)."""
-        found = limits_of(self.requirements, self.pair, self.diameter, self.length)
-        return sorted(found, key=lambda check: -float(f"{check.use:.3g}"))
+        limits = limits_of(self.requirements, self.pair, self.diameter, self.length)
+        return sorted(limits, key=lambda check: -float(f"{check.use:.3g}"))
 
     @property
     def by_step(self) -> FloatArray:
@@ -267,11 +267,11 @@ class Candidate:
         full = self.requirements.largest / self.whisker.units.channels
         full = np.where(np.isfinite(full), full, np.abs(self.pair.reactions).max(axis=0))
         parameters = fitted_parameters(self.tolerances, full)
-        sigma = np.array([one.deviation for one in parameters])
-        for k, one in enumerate(parameters):
-            if one.of == "crosstalk" and one.effect is not None:
+        sigma = np.array([parameter.deviation for parameter in parameters])
+        for k, parameter in enumerate(parameters):
+            if parameter.of == "crosstalk" and parameter.effect is not None:
                 # For loads of 1 the effect is the ratio of the full scales of the two channels.
-                sigma[k] *= one.effect(np.ones(3), np.zeros(1), 1).max()
+                sigma[k] *= parameter.effect(np.ones(3), np.zeros(1), 1).max()
         return sigma
 
     @cached_property
@@ -304,14 +304,14 @@ class Candidate:
         if not np.isfinite(self.largest):
             return []
         worst = int(np.argmax(self.whole))
-        effect, covariance = (one[worst] for one in self._errors)
-        found = []
+        effect, covariance = (part[worst] for part in self._errors)
+        parts = []
         for name, size in self.tolerances.items():
-            own = np.flatnonzero([one.of == name for one in PARAMETERS])
+            own = np.flatnonzero([parameter.of == name for parameter in PARAMETERS])
             shared, remaining = covariance[own] @ effect, covariance[np.ix_(own, own)]
             falls = float(shared @ np.linalg.solve(np.eye(len(own)) / 3.0 + remaining, shared))
             if name == SLOPE:
                 falls = 0.75 * float(self._of_slope[worst]) ** 2
             halved = 1.0 - float(np.sqrt(max(1.0 - falls / self.largest**2, 0.0)))
-            found.append(TolerancePart(name, size, name in self.whisker.tolerances, halved))
-        return sorted(found, key=lambda one: -one.halved)
+            parts.append(TolerancePart(name, size, name in self.whisker.tolerances, halved))
+        return sorted(parts, key=lambda part: -part.halved)

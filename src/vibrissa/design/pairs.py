@@ -55,7 +55,7 @@ SOLVED = (*OF_ROD, "eta")
 def fitted_parameters(sizes: Mapping[str, float], full_scale: FloatArray) -> tuple[Parameter, ...]:
     """Make the parameters that `identify` fits, for rods with a sharp tip; see `parameters_of`."""
     parameters = parameters_of(sizes, frozenset(), full_scale)
-    return tuple(one for one in parameters if one.of != "tip_radius")
+    return tuple(parameter for parameter in parameters if parameter.of != "tip_radius")
 
 
 # For crosstalk, the full scale of each channel is 1.
@@ -200,15 +200,15 @@ def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sen
         "stage_scale": before,
         "length": -eta * changes["eta"] - before - loads * np.array([2.0, 2.0, 1.0]),
     }
-    for one in PARAMETERS:
-        if one.effect is not None:
-            changes[one.name] = one.effect(loads, part, PERIODS * ROWS)
+    for parameter in PARAMETERS:
+        if parameter.effect is not None:
+            changes[parameter.name] = parameter.effect(loads, part, PERIODS * ROWS)
     shape = (len(end), len(STARTS), len(NODES), 3)
     setup = np.stack([np.broadcast_to(changes[p.name], shape) for p in PARAMETERS], axis=-1)
     # Friction is fx/fy of the loads at the onset: only parameters that change the loads change it.
     fx, fy, _ = np.moveaxis(setup[:, :, -1], 2, 0)
     demand = response.demand(end)[:, None, None]
-    of_loads = np.array([one.effect is None for one in PARAMETERS])
+    of_loads = np.array([parameter.effect is None for parameter in PARAMETERS])
     friction = of_loads * (fx - demand * fy) / loads[:, :, -1, 1, None]
     return Sensitivity(contact=slope, setup=setup, friction=friction)
 
@@ -220,10 +220,10 @@ def _neighbours(
 
     Returns the steps and the curves by the names of the properties.
     """
-    given = MountedRod.of(curve)
-    ranges = ranges_of(given)
+    rod = MountedRod.of(curve)
+    ranges = ranges_of(rod)
     steps = {name: ranges[name].step for name in SOLVED}
-    rods = [moved(given, {name: step}) for name, step in steps.items()]
+    rods = [moved(rod, {name: step}) for name, step in steps.items()]
     theta, eta = np.array([(rod.theta, rod.eta) for rod in rods]).T
     curves = solve_curves(theta, eta, contact, [rod.mounting for rod in rods])
     return steps, dict(zip(SOLVED, curves, strict=True))

@@ -72,8 +72,8 @@ def heights_of(text: str, lengths: Choice) -> Choice:
             )
         return Kind.LENGTH.read(part, "eta") / lengths[0]
 
-    found = choices_of(text, read)
-    return found if "," in text else _between(found[0], found[-1])
+    heights = choices_of(text, read)
+    return heights if "," in text else _between(heights[0], heights[-1])
 
 
 def _between(low: float, high: float) -> Choice:
@@ -182,8 +182,8 @@ class Requirements(Keyed):
         if self.setup.transducer is None and self.setup.noise is None:
             raise ArgumentError("neither transducer nor noise is given: give one of them")
         if min(self.noise) <= 0.0:
-            given = self.setup.noise or f"the transducer {self.setup.transducer}"
-            raise ArgumentError(f"noise must be positive in all channels, got that of {given}")
+            source = self.setup.noise or f"the transducer {self.setup.transducer}"
+            raise ArgumentError(f"noise must be positive in all channels, got that of {source}")
         if self.setup.tolerances.get("tip_radius", EXACT) != EXACT:
             raise ArgumentError(
                 "a rod is designed with a sharp tip: leave out the tolerance of tip_radius"
@@ -216,10 +216,10 @@ class Requirements(Keyed):
             If there is none.
         """
         bore = self.mounting.bore
-        found = tuple(theta for theta in self.theta if bore * theta < 1.0)
-        if not found:
+        tapers = tuple(theta for theta in self.theta if bore * theta < 1.0)
+        if not tapers:
             check_bore(bore, min(self.theta))
-        return found
+        return tapers
 
     @cached_property
     def material(self) -> Material:
@@ -230,11 +230,11 @@ class Requirements(Keyed):
         ArgumentError
             If no material is given.
         """
-        found = stated_material(self.setup)
-        if found is None:
+        material = stated_material(self.setup)
+        if material is None:
             missing = "yield_strain" if self.setup.modulus is not None else "modulus"
             raise ArgumentError(f"give the material or {missing}")
-        return found
+        return material
 
     @cached_property
     def noise(self) -> FloatArray:

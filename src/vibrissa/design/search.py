@@ -137,11 +137,11 @@ class Design:
 
     def _first(self) -> list[str]:
         rows = []
-        for one in self.best.parts()[:MOST_PARTS]:
-            if one.halved >= BRINGS:
-                size, unit = told(one.name, one.size, self.best.whisker.units)
-                given = f"{size:.2g} {unit}".strip() + ("" if one.stated else ", default")
-                rows.append((one.name, given, f"{one.halved:.0%}"))
+        for part in self.best.parts()[:MOST_PARTS]:
+            if part.halved >= BRINGS:
+                size, unit = told(part.name, part.size, self.best.whisker.units)
+                given = f"{size:.2g} {unit}".strip() + ("" if part.stated else ", default")
+                rows.append((part.name, given, f"{part.halved:.0%}"))
         head = "measure first: halving a tolerance lowers the uncertainty by"
         return [head, *_aligned(rows)] if rows else []
 
@@ -191,7 +191,7 @@ def design(requirements: Requirements) -> Design:
     shape = (len(r.diameter), len(r.length))
     limits = [limits_of(r, pair, *sizes) for pair in pairs]
     # Use of each limit; axes: pair, limit, diameter, length.
-    use = np.array([[np.broadcast_to(one.use, shape) for one in some] for some in limits])
+    use = np.array([[np.broadcast_to(limit.use, shape) for limit in of_pair] for of_pair in limits])
     most = use.max(axis=1)
 
     def rod(n: int, d: int, k: int) -> Candidate:
@@ -199,7 +199,7 @@ def design(requirements: Requirements) -> Design:
 
     rods = [rod(*at) for at in np.argwhere(most <= 1.0 + ROUNDING).tolist()]
     if rods:
-        rods.sort(key=lambda one: one.largest)
+        rods.sort(key=lambda candidate: candidate.largest)
         message = "the only rod that meets all constraints"
         if len(rods) > 1:
             message = f"the best of {len(rods)} rods that meet all constraints"

@@ -37,8 +37,8 @@ def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bend
 
 def largest_strain(curve: StickingCurve, end: float, begin: float = 0.0) -> Bending:
     """Find the state of largest stress from x0 = `begin` to `end` (L); return its bending."""
-    found = strains_in([curve], [np.linspace(begin, end, STATES_OF_PERIOD)])
-    return found.take(np.atleast_1d(found.stress.argmax()))
+    bending = strains_in([curve], [np.linspace(begin, end, STATES_OF_PERIOD)])
+    return bending.take(np.atleast_1d(bending.stress.argmax()))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -82,11 +82,11 @@ class Transducer(Card):
         return np.asarray(np.sqrt(np.square(self.noise) + np.square(self.resolution) / 12.0))
 
 
-def transducer_of(given: Transducer | str, units: Units) -> Transducer:
-    """Return `given`, or the transducer that it names; refuse nondimensional units."""
+def transducer_of(transducer: Transducer | str, units: Units) -> Transducer:
+    """Return the transducer, or the one that a text names; refuse nondimensional units."""
     if units.nondimensional:
         raise ArgumentError("with a transducer, give modulus, diameter and length of the rod")
-    return preset(given) if isinstance(given, str) else given
+    return preset(transducer) if isinstance(transducer, str) else transducer
 
 
 PRESETS = Transducer.presets(Path(__file__).with_name("transducers.toml"))

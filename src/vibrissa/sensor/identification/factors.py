@@ -82,7 +82,7 @@ class Factor:
 
 def named(size: float, known: dict[float, str]) -> str:
     """Return the text of the known factor that is nearest to `size`; empty if none is near."""
-    near = min(known, key=lambda one: abs(np.log(size / one)))
+    near = min(known, key=lambda factor: abs(np.log(size / factor)))
     return known[near] if abs(np.log(size / near)) < KNOWN else ""
 
 
@@ -100,11 +100,11 @@ def likely_factor(task: Task, table: StateTable) -> str:
     """
     if travel := _travel(task, table):
         return travel
-    some = np.linspace(0, len(task.blocks) - 1, TRIED).astype(int)
-    readings = task.blocks.readings[some]
-    given = table.misfit(readings)
-    best = min(_factors(task, table, readings), key=lambda one: one.misfit, default=None)
-    if best is None or best.misfit > min(FITS, given / LESS) or abs(np.log(best.size)) < SAME:
+    places = np.linspace(0, len(task.blocks) - 1, TRIED).astype(int)
+    readings = task.blocks.readings[places]
+    uncorrected = table.misfit(readings)
+    best = min(_factors(task, table, readings), key=lambda factor: factor.misfit, default=None)
+    if best is None or best.misfit > min(FITS, uncorrected / LESS) or abs(np.log(best.size)) < SAME:
         return ""
     return str(best)
 
@@ -124,8 +124,8 @@ def _factors(task: Task, table: StateTable, readings: FloatArray) -> Iterator[Fa
             return table.misfit(readings * np.where(inside, np.exp(-size), 1.0))
 
         start = min(tried.tolist(), key=misfit)
-        found = minimize_scalar(misfit, bounds=(start - width, start + width), method="bounded")
-        yield Factor(group=group, size=float(np.exp(found.x)), misfit=float(found.fun))
+        best = minimize_scalar(misfit, bounds=(start - width, start + width), method="bounded")
+        yield Factor(group=group, size=float(np.exp(best.x)), misfit=float(best.fun))
 
 
 def _travel(task: Task, table: StateTable) -> str:

@@ -107,9 +107,9 @@ class Fit:
         return fit
 
 
-def started(task: Task, given: Whisker, nearest: FloatArray) -> Fit:
+def started(task: Task, whisker: Whisker, nearest: FloatArray) -> Fit:
     """Start at the given set-up, with x0 from the states nearest to the readings."""
-    (model,) = forward_models(task, given, np.zeros(len(task.parameters)), keep=True)
+    (model,) = forward_models(task, whisker, np.zeros(len(task.parameters)), keep=True)
     periods = len(task.spans)
     # With u = 0 the x0 of a block is its difference from the x0 of the last sample.
     apart = np.split(nearest - model.states(np.zeros(periods)).x0, task.blocks.starts[1:])

@@ -100,8 +100,8 @@ def forward_models(
     solved = iter(kept_responses(*levels) if keep else responses(levels, partly=True))
     parts = [[_part(part, [next(solved) for _ in part]) for part in heights] for heights in nodes]
     return [
-        ForwardModel(task=task, given=given, p=p, heights=HeightRange(parts=tuple(some)))
-        for p, some in zip(sets, parts, strict=True)
+        ForwardModel(task=task, given=given, p=p, heights=HeightRange(parts=tuple(of_rod)))
+        for p, of_rod in zip(sets, parts, strict=True)
     ]
 
 
@@ -221,18 +221,18 @@ class ForwardModel:
     def scaled(self, loads: FloatArray) -> FloatArray:
         """Return the readings of a transducer whose zeros are right: a linear function of loads."""
         shown = loads.copy()
-        for one, size in zip(self.task.parameters, self.p, strict=True):
-            if one.effect is not None and size and not one.of_zero:
-                shown += size * one.effect(loads, *self.task.rows)
+        for parameter, size in zip(self.task.parameters, self.p, strict=True):
+            if parameter.effect is not None and size and not parameter.of_zero:
+                shown += size * parameter.effect(loads, *self.task.rows)
         return shown
 
     @cached_property
     def zeros(self) -> FloatArray:
         """Zeros of the channels in n blocks of samples, shape (n, 3)."""
         zeros = np.zeros((len(self.task.blocks), len(CHANNELS)))
-        for one, size in zip(self.task.parameters, self.p, strict=True):
-            if one.effect is not None and size and one.of_zero:
-                zeros = zeros + size * one.effect(zeros, *self.task.rows)
+        for parameter, size in zip(self.task.parameters, self.p, strict=True):
+            if parameter.effect is not None and size and parameter.of_zero:
+                zeros = zeros + size * parameter.effect(zeros, *self.task.rows)
         return zeros
 
     def changes(self, u: FloatArray) -> Changes:

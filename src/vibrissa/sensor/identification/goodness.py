@@ -69,9 +69,9 @@ class Estimate:
 
     def spelled(self, units: Units) -> str:
         """Format the estimate in the user's units."""
-        of, given = self.parameter.of, self.parameter.deviation
+        of, stated = self.parameter.of, self.parameter.deviation
         size, unit = told(of, self.size, units)
-        deviation, tolerance = (told(of, one, units)[0] for one in (self.deviation, given))
+        deviation, tolerance = (told(of, error, units)[0] for error in (self.deviation, stated))
         text = (
             f"{self.parameter.name}: given to ± {tolerance:.3g} {unit}, off by {size:+.3g} ± "
             f"{deviation:.2g} {unit} according to the recording"
@@ -92,10 +92,10 @@ def estimates_of(
 ) -> tuple[Estimate, ...]:
     """Make estimates from parameters, their sizes and the covariance of their remaining errors."""
     left = np.sqrt(np.diag(covariance))
-    most = most_surprise(sum(not one.wave for one in parameters))
+    most = most_surprise(sum(not parameter.wave for parameter in parameters))
     return tuple(
-        Estimate(parameter=one, size=float(size), deviation=float(deviation), most=most)
-        for one, size, deviation in zip(parameters, sizes, left, strict=True)
+        Estimate(parameter=parameter, size=float(size), deviation=float(deviation), most=most)
+        for parameter, size, deviation in zip(parameters, sizes, left, strict=True)
     )
 
 
@@ -196,7 +196,9 @@ def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
     if settled:
         shared = line.jacobian @ changes.reshape(len(changes), -1).T
         known -= (shared * (fitted.remaining @ shared)).sum(axis=0)
-    named = (known > LEAST_WEIGHT) & [one.of not in NOT_NAMED for one in task.parameters]
+    named = (known > LEAST_WEIGHT) & [
+        parameter.of not in NOT_NAMED for parameter in task.parameters
+    ]
     known = np.where(named, known, np.inf)
     size, deviation = along / known, 1.0 / np.sqrt(known)
     fall = size * along
@@ -214,8 +216,8 @@ def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
     off = max(fitted.misfit / max(degrees, 1), 1.0)
     # A cause outside the bounds of its parameter, such as an angle of 300°, is none.
     possible = [
-        one.low <= part <= one.high
-        for one, part in zip(task.parameters, size.tolist(), strict=True)
+        parameter.low <= part <= parameter.high
+        for parameter, part in zip(task.parameters, size.tolist(), strict=True)
     ]
     explained = np.where(possible, explained, 0.0)
     likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -fall[k])

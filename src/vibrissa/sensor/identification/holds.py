@@ -127,10 +127,10 @@ class Holds:
         rows = np.concatenate([self.starts[1:], following[rests] - self.usual])
         values = np.concatenate([self.clamp[self.starts[1:]], self.clamp[self.starts[:-1]][rests]])
         order = np.argsort(rows, kind="stable")
-        found = np.interp(np.arange(len(self.clamp)), rows[order], values[order])
+        positions = np.interp(np.arange(len(self.clamp)), rows[order], values[order])
         if self.lengths[-1] <= REST * self.usual:
-            found[self.starts[-1] + 1 :] = np.nan
-        return np.asarray(found)
+            positions[self.starts[-1] + 1 :] = np.nan
+        return np.asarray(positions)
 
 
 def rounding(values: FloatArray) -> tuple[float, float]:

@@ -68,11 +68,13 @@ class Linearisation:
         blocks, slope = fit.task.blocks, fit.slope
         changes = fit.model.changes(fit.u)
         readings = fit.weighted(changes.readings)
-        moves = -np.stack([blocks.sums((one * slope).sum(axis=1)) for one in readings], axis=1)
+        moves = -np.stack(
+            [blocks.sums((change * slope).sum(axis=1)) for change in readings], axis=1
+        )
         moves /= fit.known[:, None]
         refitted = [
-            one + slope * moved[blocks.period][:, None]
-            for one, moved in zip(readings, moves.T, strict=True)
+            change + slope * moved[blocks.period][:, None]
+            for change, moved in zip(readings, moves.T, strict=True)
         ]
         return cls(at=fit, readings=np.stack(refitted), u=moves, friction=changes.friction.T)
 
@@ -111,13 +113,13 @@ class Linearisation:
     @property
     def changes(self) -> FloatArray:
         """Derivatives of the readings by each parameter, `levelled`, shape (k, n, c)."""
-        return np.stack([self.levelled(one) for one in self.readings])
+        return np.stack([self.levelled(change) for change in self.readings])
 
     @cached_property
     def jacobian(self) -> FloatArray:
         """Jᵀ: derivatives of the m misses of fitted periods with respect to p/σ, shape (f, m)."""
         free, sigma = self.at.task.free, self.at.task.sigma
-        each = [self.levelled(one)[self.at.rows].ravel() for one in self.readings[free]]
+        each = [self.levelled(change)[self.at.rows].ravel() for change in self.readings[free]]
         size = int(self.at.rows.sum()) * self.readings.shape[2]
         return -np.reshape(each, (len(each), size)) * sigma[free, None]
 
@@ -144,5 +146,5 @@ class Linearisation:
     def moves_of_heights(self) -> FloatArray:
         """Derivatives of the estimated heights with respect to each parameter, shape (p, k)."""
         sums, along = self.at.task.blocks.sums, self.by_height
-        each = [sums((one * along).sum(axis=1)) for one in self.readings]
+        each = [sums((change * along).sum(axis=1)) for change in self.readings]
         return np.asarray(-np.stack(each, axis=1) / np.maximum(self.told, 1.0)[:, None])

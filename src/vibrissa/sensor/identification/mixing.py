@@ -118,20 +118,20 @@ def check_columns(task: Task, table: StateTable) -> None:
         If columns seem to be mixed up; the message names the likeliest mix-up.
     """
     rows = np.linspace(0, len(task.recording) - 1, SAMPLED).astype(int)
-    some = np.nan_to_num(task.recording.readings[rows])
+    sample = np.nan_to_num(task.recording.readings[rows])
 
     def misfits(mixed: FloatArray) -> FloatArray:
-        return table.nearest(some @ mixed.T).squares
+        return table.nearest(sample @ mixed.T).squares
 
-    given = float(np.median(misfits(np.eye(3))))
-    if given <= MISFIT:
+    unmixed = float(np.median(misfits(np.eye(3))))
+    if unmixed <= MISFIT:
         return
     mix_ups = dict(_mix_ups(task.used))
     least = {text: float(np.median(misfits(mixed))) for text, mixed in mix_ups.items()}
     text = min(least, key=lambda text: least[text])
-    size = (task.weighted(some @ mix_ups[text].T) ** 2).sum(axis=1)
+    size = (task.weighted(sample @ mix_ups[text].T) ** 2).sum(axis=1)
     # If the rod is the wrong one, no mix-up brings the readings near to its states.
-    if least[text] < min(given, float(np.median(size))) / MUCH:
+    if least[text] < min(unmixed, float(np.median(size))) / MUCH:
         raise MixedColumnsError(
             f"the columns or their units seem to be mixed up: {text}. Correct that by vibrissa "
             "import --column 'CHANNEL=TITLE [UNIT]'; a minus before the title turns the sign"

@@ -52,13 +52,13 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
     _check_states(start, table)
     fitted = fit_set_up(start)
     goodness = Goodness.of(fitted)
-    free = [one for one in task.parameters if one.deviation > 0.0]
+    free = [parameter for parameter in task.parameters if parameter.deviation > 0.0]
     estimates = estimates_of(free, fitted.fit.p[task.free], fitted.covariance)
-    doubted = not (goodness.fits and fitted.settled) or any(one.far for one in estimates)
+    doubted = not (goodness.fits and fitted.settled) or any(estimate.far for estimate in estimates)
     periods = read_periods(fitted)
     channels = tuple(CHANNELS[number] for number in task.used)
     residuals = fitted.fit.residuals
-    found = Identification(
+    identification = Identification(
         recording=task.recording,
         periods=periods.doubted(*_checks(fitted, periods)),
         units=task.units,
@@ -71,30 +71,34 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
         residuals=Residuals(clamp=task.blocks.clamp, values=residuals, channels=channels),
     )
     if not (goodness.fits or periods.coarse):
-        found = found.noted(*task.noisier())
-    return found.doubted(unfitted(found, fitted.settled)) if doubted else found
+        identification = identification.noted(*task.noisier())
+    return (
+        identification.doubted(unfitted(identification, fitted.settled))
+        if doubted
+        else identification
+    )
 
 
 def _causes(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
     """Find likely causes of a misfit, a repeated error of the positions included."""
     repeated = None if fits else pitch_error_of(fitted)
-    found = (*causes_of(fitted, fits), *([] if repeated is None else [repeated]))
-    return tuple(sorted(found, key=lambda one: -one.explained)[:SOUGHT])
+    causes = (*causes_of(fitted, fits), *([] if repeated is None else [repeated]))
+    return tuple(sorted(causes, key=lambda cause: -cause.explained)[:SOUGHT])
 
 
-def unfitted(found: Identification, settled: bool = True) -> Check:
+def unfitted(identification: Identification, settled: bool = True) -> Check:
     """Return the reason to doubt all periods: the recording does not fit the given set-up."""
     if not settled:
         why = "the recording is too far from the given set-up to be fitted"
-    elif found.fits:
+    elif identification.fits:
         why = "a stated value is off by far more than its tolerance"
-    elif found.goodness is not None and found.goodness.only_uneven:
+    elif identification.goodness is not None and identification.goodness.only_uneven:
         why = "the surface is uneven: mu0 is the apparent friction, with the slopes in it"
     else:
         why = "the recording does not fit the set-up"
     # The summary has this sentence, too, with candidates or the size of the misfit.
-    summed = settled and (bool(found.causes) or not found.fits)
-    return Check(Grade.DOUBTFUL, np.full(len(found.periods), True), why, summed=summed)
+    summed = settled and (bool(identification.causes) or not identification.fits)
+    return Check(Grade.DOUBTFUL, np.full(len(identification.periods), True), why, summed=summed)
 
 
 def _check_states(fit: Fit, table: StateTable) -> None:

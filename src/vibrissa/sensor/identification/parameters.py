@@ -107,26 +107,26 @@ class Bounds:
     step: float = STEP
 
 
-def ranges_of(given: MountedRod | None) -> dict[str, Bounds]:
+def ranges_of(rod: MountedRod | None) -> dict[str, Bounds]:
     """Return the ranges of parameters whose values are bounded, by the quantity that deviates.
 
     Without a rod, only parameters of the transducer are used, and no value is fitted.
     """
-    if given is None:
+    if rod is None:
         return {}
-    mounting = given.mounting
+    mounting = rod.mounting
     scale = Bounds(low=LEAST_SCALE - 1.0)
     # The tip of a tube is thicker than its bore.
     thinnest = min(MOST_TAPER, LEAST_WALL / mounting.bore) if mounting.bore else MOST_TAPER
     # The modulus stays positive: its change c1·s may take a part of it away.
     least = np.min(modulus(PLACES, mounting.making) / PLACES)
     return {
-        "theta": Bounds(low=1.0 - given.theta, high=thinnest - given.theta),
+        "theta": Bounds(low=1.0 - rod.theta, high=thinnest - rod.theta),
         # Downwards, as forces are singular where the rod is upright.
         "eta": Bounds(
-            low=LOWEST - given.eta,
-            high=HIGHEST - given.eta,
-            step=-STEP_IN_GAP * (1.0 - given.eta),
+            low=LOWEST - rod.eta,
+            high=HIGHEST - rod.eta,
+            step=-STEP_IN_GAP * (1.0 - rod.eta),
         ),
         "clamp_angle": Bounds(
             low=-MOST_ANGLE - mounting.clamp_angle, high=MOST_ANGLE - mounting.clamp_angle
@@ -138,7 +138,7 @@ def ranges_of(given: MountedRod | None) -> dict[str, Bounds]:
         # A rod that lies on the surface has no neighbour that is curved towards the surface.
         "curvature": Bounds(low=-MOST_CURVED, high=MOST_CURVED, step=-STEP),
         "stiffening": Bounds(low=-LEAST_WALL * float(least)),
-        "tip_radius": Bounds(low=0.0, high=min(ROUNDEST, given.eta - LOWEST)),
+        "tip_radius": Bounds(low=0.0, high=min(ROUNDEST, rod.eta - LOWEST)),
         "transducer_angle": Bounds(low=-MOST_ANGLE, high=MOST_ANGLE),
         "modulus": scale,
         "diameter": scale,
@@ -151,20 +151,20 @@ def parameters_of(
     sizes: Mapping[str, float],
     stated: frozenset[str],
     full_scale: FloatArray,
-    given: Whisker | None = None,
+    whisker: Whisker | None = None,
 ) -> tuple[Parameter, ...]:
     """Make the parameters of all quantities that can have a tolerance, also if they are exact.
 
     Parameters
     ----------
-    given : Whisker, optional
+    whisker : Whisker, optional
         The given set-up, from which the parameters deviate.
     full_scale : ndarray, shape (3,)
         Full scale of the channels, for crosstalk; NaN for a channel that was not recorded.
     """
     there = np.isfinite(full_scale)
-    ranges, unbounded = ranges_of(given), Bounds()
-    channels = {name: NEEDS.get(name, one.channel) for name, one in TOLERABLE.items()}
+    ranges, unbounded = ranges_of(whisker), Bounds()
+    channels = {name: NEEDS.get(name, quantity.channel) for name, quantity in TOLERABLE.items()}
     each = (
         Parameter(
             name=name,
@@ -177,30 +177,36 @@ def parameters_of(
         if name != SLOPE and (channel < 0 or there[channel])
     )
     scale = np.where(there, full_scale, 1.0)
-    return tuple(part for one in each for part in _parts(one, scale))
+    return tuple(part for parameter in each for part in _parts(parameter, scale))
 
 
-def _parts(one: Parameter, full_scale: FloatArray) -> Iterator[Parameter]:
+def _parts(parameter: Parameter, full_scale: FloatArray) -> Iterator[Parameter]:
     """Split a parameter: crosstalk into six, a (Brownian) drift into a line and half waves."""
-    channel = TOLERABLE[one.of].channel
-    if one.of == "crosstalk":
+    channel = TOLERABLE[parameter.of].channel
+    if parameter.of == "crosstalk":
         for to, source in permutations(range(3), 2):
             matrix = np.zeros((3, 3))
             matrix[to, source] = full_scale[to] / full_scale[source]
             name = f"crosstalk of {CHANNELS[source]} in {CHANNELS[to]}"
-            yield replace(one, name=name, effect=_mixed(matrix))
-    elif one.of.startswith("drift_"):
-        yield replace(one, effect=_zero(channel, np.asarray))
+            yield replace(parameter, name=name, effect=_mixed(matrix))
+    elif parameter.of.startswith("drift_"):
+        yield replace(parameter, effect=_zero(channel, np.asarray))
         for wave in range(1, WAVES + 1):
-            name, part = f"{one.of}, wave {wave}", np.sqrt(2.0) / (np.pi * wave)
+            name, part = f"{parameter.of}, wave {wave}", np.sqrt(2.0) / (np.pi * wave)
             effect = _zero(channel, _half_waves(wave))
-            yield replace(one, name=name, deviation=part * one.deviation, effect=effect, wave=wave)
+            yield replace(
+                parameter, name=name, deviation=part * parameter.deviation, effect=effect, wave=wave
+            )
     elif channel >= 0:
-        yield replace(one, effect=_zero(channel, np.ones_like))
-    elif one.of == CREEP:
-        yield replace(one, effect=_creeping)
+        yield replace(parameter, effect=_zero(channel, np.ones_like))
+    elif parameter.of == CREEP:
+        yield replace(parameter, effect=_creeping)
     else:
-        yield replace(one, effect=_mixed(MIXING[one.of])) if one.of in MIXING else one
+        yield (
+            replace(parameter, effect=_mixed(MIXING[parameter.of]))
+            if parameter.of in MIXING
+            else parameter
+        )
 
 
 def _mixed(matrix: FloatArray) -> Effect:

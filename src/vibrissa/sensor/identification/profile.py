@@ -87,7 +87,7 @@ class _Places(NamedTuple):
     height: FloatArray
 
 
-def profile_of(task: Task, given: Whisker) -> ContactProfile:
+def profile_of(task: Task, whisker: Whisker) -> ContactProfile:
     """Locate the contact point of each sample of a recording.
 
     Raises
@@ -103,23 +103,24 @@ def profile_of(task: Task, given: Whisker) -> ContactProfile:
     recording = task.recording
     clamp, loads = recording.clamp, recording.readings
     nothing = dict.fromkeys(task.number, 0.0)
-    found = located(given, clamp, loads)
-    places = _places(found, given)
+    contact = located(whisker, clamp, loads)
+    places = _places(contact, whisker)
     step = STEP * np.abs(loads).max(axis=0)
     # Derivatives with respect to the loads, shape (3, 2, n).
     by_load = np.array(
         [
-            (np.array(_places(located(given, clamp, loads + one), given)) - places) / one.sum()
-            for one in np.diag(step)
+            (np.array(_places(located(whisker, clamp, loads + change), whisker)) - places)
+            / change.sum()
+            for change in np.diag(step)
         ]
     )
     noise = np.einsum("kcn,k->cn", by_load**2, task.noise**2)
     total = noise.copy()
-    for change in _changes(task, given, nothing, places, by_load):
+    for change in _changes(task, whisker, nothing, places, by_load):
         total += change**2
     return ContactProfile(
         clamp=clamp,
-        located=found,
+        located=contact,
         height=places.height,
         x_deviation=np.sqrt(total[0]),
         height_deviation=np.sqrt(total[1]),
@@ -130,28 +131,28 @@ def profile_of(task: Task, given: Whisker) -> ContactProfile:
     )
 
 
-def _places(found: Located, whisker: Whisker, length: float = 1.0) -> _Places:
+def _places(contact: Located, whisker: Whisker, length: float = 1.0) -> _Places:
     """Positions and heights of contact points of a rod that is `length` times the given one."""
-    return _Places(x=found.x * length, height=(whisker.eta - found.y) * length)
+    return _Places(x=contact.x * length, height=(whisker.eta - contact.y) * length)
 
 
 def _changes(
-    task: Task, given: Whisker, nothing: dict[str, float], places: _Places, by_load: FloatArray
+    task: Task, stated: Whisker, nothing: dict[str, float], places: _Places, by_load: FloatArray
 ) -> Iterator[FloatArray]:
     """Change of position and height by one standard deviation of each parameter, shape (2, n)."""
     recording, part = task.recording, np.arange(len(task.recording))[:, None] / task.last
-    for one in task.parameters:
-        if not one.deviation:
+    for parameter in task.parameters:
+        if not parameter.deviation:
             continue
-        if one.effect is not None:
+        if parameter.effect is not None:
             # The loads are smaller by what the parameter adds to the readings.
-            wrong = one.effect(recording.readings, part, task.last)
-            yield -one.deviation * np.einsum("kcn,nk->cn", by_load, wrong)
+            wrong = parameter.effect(recording.readings, part, task.last)
+            yield -parameter.deviation * np.einsum("kcn,nk->cn", by_load, wrong)
             continue
-        size = nothing | {one.name: one.step}
-        whisker, length = moved(given, size), 1.0 + size["length"]
+        size = nothing | {parameter.name: parameter.step}
+        whisker, length = moved(stated, size), 1.0 + size["length"]
         loads = recording.readings * np.array([length**2, length**2, length])
-        found = located(whisker, scale_of(size) * recording.clamp, loads)
-        changed = {one.name: np.array(_places(found, whisker, length))}
-        by_parameter = derivatives(np.array(places), changed, {one.name: one.step})
-        yield one.deviation * by_parameter[one.name]
+        contact = located(whisker, scale_of(size) * recording.clamp, loads)
+        changed = {parameter.name: np.array(_places(contact, whisker, length))}
+        by_parameter = derivatives(np.array(places), changed, {parameter.name: parameter.step})
+        yield parameter.deviation * by_parameter[parameter.name]

@@ -210,7 +210,7 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
     # have no more coefficients than half of the samples.
     half = int(np.median(np.bincount(window.period))) // 2
     tested = fits[chosen : max(half - 1, chosen + 1)]
-    likely = min(tested, key=lambda one: int((one.chance <= UNLIKELY).sum()))
+    likely = min(tested, key=lambda fit: int((fit.chance <= UNLIKELY).sum()))
     best = replace(corrected[chosen], chance=likely.chance)
     # The middle of the step in which the tip slips is the mean of two positions.
     way = np.where(gap != 0.0, np.abs(gap), np.inf)
@@ -246,11 +246,15 @@ def read_ratio(task: Task) -> Identification:
     check_slips(task.recording, task.spans, task.noise)
     check_forces(forces, noise)
     onsets, own = read_onsets(task)
-    parameters = [one for one in task.parameters if one.of in BEARING and one.deviation > 0.0]
+    parameters = [
+        parameter
+        for parameter in task.parameters
+        if parameter.of in BEARING and parameter.deviation > 0.0
+    ]
     # The error due to the degree of the polynomials is common to all periods, too.
     effects = _effects(task, onsets.along[:, 1], parameters)
     effects = np.column_stack([effects, np.ones(len(effects))])
-    covariance = np.diag([*(one.deviation**2 for one in parameters), onsets.shared**2])
+    covariance = np.diag([*(parameter.deviation**2 for parameter in parameters), onsets.shared**2])
     common = common_deviation(effects, covariance)
     periods = periods_of(task, onsets.along, own, common, effects)
     status, least = _statuses(onsets, task)

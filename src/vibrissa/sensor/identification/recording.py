@@ -319,6 +319,6 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
     if not len(lines):
         return ()
     runs = np.split(lines, np.flatnonzero(np.diff(lines) > 1) + 1)
-    shown = [f"{one[0]}-{one[-1]}" if len(one) > 1 else f"{one[0]}" for one in runs[:LISTED]]
+    shown = [f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs[:LISTED]]
     more = ["..."] if len(runs) > LISTED else []
     return (f"{why} in {counted(len(lines), 'row')}, left out: line {', '.join(shown + more)}",)

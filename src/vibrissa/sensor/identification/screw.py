@@ -84,16 +84,16 @@ def pitch_error_of(fitted: FittedSetUp) -> PitchError | None:
         return None
     waves = 2.0 * np.pi / way * np.linspace(FEWEST, most, number)
     best = float(waves[np.argmax([_alone(fit, weight, along, wave).fall for wave in waves])])
-    found = _with_set_up(fitted, weight, best)
+    wave = _with_set_up(fitted, weight, best)
     # Each wave has two coefficients: χ² of two degrees of freedom falls by more with exp(−fall/2).
-    if number * np.exp(-0.5 * found.fall) > LEVEL or found.fall < EXPLAINS * excess:
+    if number * np.exp(-0.5 * wave.fall) > LEVEL or wave.fall < EXPLAINS * excess:
         return None
-    left = max((fitted.misfit - found.fall) / max(degrees, 1), 1.0)
+    left = max((fitted.misfit - wave.fall) / max(degrees, 1), 1.0)
     return PitchError(
         parameter=fitted.task.parameters[fitted.task.number["stage_scale"]],
-        size=found.size,
-        deviation=found.size * np.sqrt(left / found.fall),
-        explained=min(found.fall / excess, 1.0),
+        size=wave.size,
+        deviation=wave.size * np.sqrt(left / wave.fall),
+        explained=min(wave.fall / excess, 1.0),
         pitch=2.0 * np.pi / best,
     )
 
@@ -107,7 +107,7 @@ def _waves(fit: Fit, weight: FloatArray, number: float) -> FloatArray:
     blocks, phase = fit.task.blocks, number * fit.task.shown
     waves = np.stack([np.sin(phase), np.cos(phase)])
     whole = np.maximum(blocks.sums(weight), LEAST_WEIGHT)
-    means = np.stack([blocks.sums(weight * one) / whole for one in waves])
+    means = np.stack([blocks.sums(weight * wave) / whole for wave in waves])
     return np.asarray(waves - means[:, blocks.period])
 
 
@@ -121,8 +121,8 @@ def _with_set_up(fitted: FittedSetUp, weight: FloatArray, number: float) -> _Wav
     """Fit an error with this wave number (1/L) together with the set-up, to first order."""
     fit, line = fitted.fit, fitted.line
     waves = _waves(fit, weight, number)
-    moved = [line.levelled(fit.slope * one[:, None]) for one in waves]
-    changes = np.stack([one[fit.rows].ravel() for one in moved])
+    moved = [line.levelled(fit.slope * wave[:, None]) for wave in waves]
+    changes = np.stack([change[fit.rows].ravel() for change in moved])
     square = changes @ changes.T
     if fitted.adjusted:
         shared = line.jacobian @ changes.T

@@ -37,10 +37,10 @@ def fit_set_up(start: Fit) -> FittedSetUp:
         If a rod near to the given one has no response.
     """
     line = Linearisation.of(start)
-    found = _searched(line)
-    alone = ~found.fits_alone
+    fitted = _searched(line)
+    alone = ~fitted.fits_alone
     if not alone.any() or alone.mean() >= MOST_ALONE:
-        return found
+        return fitted
     return _searched(line.keeping(~alone))
 
 
@@ -96,7 +96,7 @@ def _better(fit: Fit, line: Linearisation) -> Fit | None:
 
 def _bounds(fit: Fit) -> FloatArray:
     """Least and largest allowed p/σ, shape (2, f)."""
-    low, high = np.array([(one.low, one.high) for one in fit.task.parameters]).T
+    low, high = np.array([(parameter.low, parameter.high) for parameter in fit.task.parameters]).T
     if fit.model.heights.x0_touch <= fit.u.max():
         # A rod that is curved towards the surface arches over it before its tip is level.
         curvature, given = fit.task.number["curvature"], fit.model.given.mounting.coefficients[0]

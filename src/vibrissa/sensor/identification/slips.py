@@ -89,7 +89,7 @@ class Spans(Batch):
             for last, first in zip(self.ends, self.begins[1:], strict=False)
         ]
         usual = max(np.median(self.counts), MOST_BETWEEN)
-        return np.concatenate([np.arange(0), *(one for one in rows if len(one) > usual)])
+        return np.concatenate([np.arange(0), *(gap for gap in rows if len(gap) > usual)])
 
     @property
     def counts(self) -> IntArray:
@@ -203,7 +203,7 @@ def _spans(recording: Recording, falls: FloatArray) -> Spans:
     # A new pass: one step as long as many usual steps, against the motion before and after it.
     way = np.append(recording.direction, 0.0)
     turned = (way[ends] * way[np.maximum(ends - 1, 0)] < 0.0) & (way[ends] * way[after] < 0.0)
-    found = Spans(
+    spans = Spans(
         begins=np.sort(np.append(begins, last + 1)),
         ends=ends,
         after=after,
@@ -211,8 +211,8 @@ def _spans(recording: Recording, falls: FloatArray) -> Spans:
         passes=turned & (np.append(steps, 0.0)[ends] > LOST * usual),
         swung=np.zeros(len(ends), dtype=bool),
     )
-    several = found.ends > found.begins
-    return found.take(several) if several.any() else found
+    several = spans.ends > spans.begins
+    return spans.take(several) if several.any() else spans
 
 
 def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
@@ -372,8 +372,8 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     # The moment shows the load with the other sign, and mostly with less noise.
     loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
     # The weight of each channel is its rise relative to its noise.
-    changes = [-np.diff(one) * way for one in loads]
-    rises = np.maximum([_usual(one) for one in changes], LEAST_RISE)
+    changes = [-np.diff(load) * way for load in loads]
+    rises = np.maximum([_usual(change) for change in changes], LEAST_RISE)
     return np.asarray(rises @ loads / np.linalg.norm(rises))
 
 

@@ -66,7 +66,7 @@ class Task:
     @cached_property
     def number(self) -> dict[str, int]:
         """Index of each parameter in `parameters`, by its name."""
-        return {one.name: k for k, one in enumerate(self.parameters)}
+        return {parameter.name: k for k, parameter in enumerate(self.parameters)}
 
     def sizes_of(self, p: FloatArray) -> dict[str, float]:
         """Return the values `p`, which are in the order of `parameters`, by parameter name."""
@@ -75,7 +75,7 @@ class Task:
     @cached_property
     def sigma(self) -> FloatArray:
         """Tolerances of the k parameters, shape (k,); 0 if exact."""
-        return np.array([one.deviation for one in self.parameters])
+        return np.array([parameter.deviation for parameter in self.parameters])
 
     @cached_property
     def free(self) -> BoolArray:
@@ -99,15 +99,19 @@ class Task:
     @property
     def untared(self) -> bool:
         """Whether the zeros of the forces are unknown."""
-        zeros = [one for one in self.parameters if one.of in ZEROS[:2] and one.deviation > 0.0]
-        return not (self.recording.air_rows or all(one.stated for one in zeros))
+        zeros = [
+            parameter
+            for parameter in self.parameters
+            if parameter.of in ZEROS[:2] and parameter.deviation > 0.0
+        ]
+        return not (self.recording.air_rows or all(zero.stated for zero in zeros))
 
     def noisier(self) -> Iterator[str]:
         """Write a note on each channel whose readings scatter more than its stated noise allows."""
         scatter = noise_of(self.recording.readings, self.recording.clamp)
         for i in np.flatnonzero(scatter > NOISIER * self.noise):
             more, stated = (
-                self.units.spelled(one[i], CHANNEL_KINDS[i], 2) for one in (scatter, self.noise)
+                self.units.spelled(noise[i], CHANNEL_KINDS[i], 2) for noise in (scatter, self.noise)
             )
             yield f"{CHANNELS[i]} scatters from reading to reading by {more}; stated is {stated}"
 
@@ -168,13 +172,15 @@ def task_of(
     RecordingError
         If the readings have no measurable noise.
     """
-    given = _noise(setup, transducer, units)
-    scatter = noise_of(recording.readings, recording.clamp) if given is None else given
+    stated_noise = _noise(setup, transducer, units)
+    scatter = (
+        noise_of(recording.readings, recording.clamp) if stated_noise is None else stated_noise
+    )
     # A reading is at least as uncertain as its resolution.
-    rounded, lasts = np.array([rounding(one) for one in recording.readings.T]).T
-    if given is not None:
+    rounded, lasts = np.array([rounding(channel) for channel in recording.readings.T]).T
+    if stated_noise is not None:
         # A channel whose stated noise is 0 is not used.
-        rounded = np.where(given > 0.0, rounded, 0.0)
+        rounded = np.where(stated_noise > 0.0, rounded, 0.0)
     known = _measurable(np.maximum(scatter, rounded), recording)
     recording = recording.noted(*_coarse(rounded > scatter, rounded, units))
     assumed = assumed_tolerances(units, known) if setup.assume else {}
@@ -190,15 +196,15 @@ def task_of(
     stated = {**read_tolerances(units, recording.zeros, whisker), **read}
     recording, zeros = _tared(recording, known, {**assumed, **stated}, stated)
     sizes, stated = {**assumed, **stated, **zeros}, {**stated, **zeros}
-    found = find_slips(recording, known)
-    full_scale = _full_scale(found.recording, transducer, units)
+    in_periods = find_slips(recording, known)
+    full_scale = _full_scale(in_periods.recording, transducer, units)
     return Task(
-        recording=found.recording,
-        spans=found.spans,
-        row=found.row,
+        recording=in_periods.recording,
+        spans=in_periods.spans,
+        row=in_periods.row,
         # Successive readings that are rounded alike have the same error: their mean is no better.
         noise=np.hypot(known, rounded * np.sqrt(lasts - 1.0)),
-        noise_is_given=given is not None,
+        noise_is_given=stated_noise is not None,
         parameters=parameters_of(sizes, frozenset(stated), full_scale, whisker),
         slope=Slope(deviation=sizes.get(SLOPE, 0.0), length=slope_length(units)),
         units=units,

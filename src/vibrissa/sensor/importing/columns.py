@@ -178,8 +178,8 @@ def find_column(layout: "Layout", target: str, source: str) -> FileColumn | None
     title, sign = layout.titles[number], -stated.factor if stated.minus else stated.factor
     if stated.per:
         return _scaled(layout, number, kind, stated, sign)
-    if target == "time" and not stated.unit and (found := _clock(layout, number)):
-        return found._replace(factor=sign * found.factor)
+    if target == "time" and not stated.unit and (clock := _clock(layout, number)):
+        return clock._replace(factor=sign * clock.factor)
     unit = _unit_of(layout, number, target, stated)
     times = f", times {stated.factor:g}" if stated.factor != 1.0 else ""
     return FileColumn(number, title, unit.name, sign * unit.size, times + unit.remark)
@@ -189,9 +189,9 @@ def _number_of(layout: "Layout", target: str, source: str, stated: Stated) -> in
     """Find the number of a column by its title, with or without the unit, or by its place."""
     kind, name = KINDS[target], stated.title.casefold()
     titles = enumerate(layout.titles)
-    found = [number for number, title in titles if title == source]
-    if not found:
-        found = [
+    numbers = [number for number, title in titles if title == source]
+    if not numbers:
+        numbers = [
             number
             for number, title in enumerate(layout.titles)
             if name
@@ -202,12 +202,12 @@ def _number_of(layout: "Layout", target: str, source: str, stated: Stated) -> in
                 f"#{number + 1}",
             }
         ]
-    if len(found) > 1:
+    if len(numbers) > 1:
         raise ArgumentError(
             f"several columns are called {stated.title}: choose one by its place in the file; "
             f"{target}=#2 is the second column"
         )
-    return found[0] if found else None
+    return numbers[0] if numbers else None
 
 
 def _clock(layout: "Layout", number: int) -> FileColumn | None:
@@ -237,8 +237,8 @@ def _clock(layout: "Layout", number: int) -> FileColumn | None:
 def _dates_beside(layout: "Layout") -> int | None:
     """Find the only column of dates; None if there is none, or several."""
     places = range(len(layout.titles))
-    found = [place for place in places if is_date(layout.first_value(place))]
-    return found[0] if len(found) == 1 else None
+    dated = [place for place in places if is_date(layout.first_value(place))]
+    return dated[0] if len(dated) == 1 else None
 
 
 def _nanoseconds_beside(layout: "Layout", number: int) -> int | None:
@@ -247,8 +247,8 @@ def _nanoseconds_beside(layout: "Layout", number: int) -> int | None:
     if own is None or NANOSECONDS.fullmatch(layout.titles[number]):
         return None
     others = [NANOSECONDS.fullmatch(title) for title in layout.titles]
-    found = [place for place, other in enumerate(others) if other and other[1] == own[1]]
-    return found[0] if len(found) == 1 else None
+    places = [place for place, other in enumerate(others) if other and other[1] == own[1]]
+    return places[0] if len(places) == 1 else None
 
 
 def _units_in_file(layout: "Layout", number: int, kind: Kind) -> list[str]:
@@ -269,7 +269,7 @@ def _unit_of(layout: "Layout", number: int, target: str, stated: Stated) -> Name
         if unit is None:
             raise _no_unit(title, kind, stated.unit)
         others = [text for text in texts if _is_other(text, kind)]
-        if (units and unit.size not in [one.size for one in units]) or (others and not units):
+        if (units and unit.size not in [known.size for known in units]) or (others and not units):
             raise ArgumentError(
                 f"column {title} is in {' or '.join(texts)} by the file, but in {stated.unit} by "
                 f"the option: leave out the unit; if the file is wrong, convert by a factor, as in "
@@ -277,7 +277,7 @@ def _unit_of(layout: "Layout", number: int, target: str, stated: Stated) -> Name
                 + (f' or "{target}={stated.title} * 2.5 {kind.si}/{texts[0]}"' if others else "")
             )
         return unit
-    if len({one.size for one in units}) > 1:
+    if len({known.size for known in units}) > 1:
         raise ArgumentError(
             f"column {title} is in {' and '.join(texts)} by the file: state which, as in {option}"
         )
@@ -306,7 +306,7 @@ def _no_unit(title: str, kind: Kind, text: str) -> ArgumentError:
 def _is_other(text: str, kind: Kind) -> bool:
     """Whether a text is a unit of a signal, or of another column of recordings."""
     kinds = set(KINDS.values()) - {kind}
-    return bool(unit_ratio(text, VOLT)) or any(unit_size(text, one) for one in kinds)
+    return bool(unit_ratio(text, VOLT)) or any(unit_size(text, other) for other in kinds)
 
 
 def _scaled(layout: "Layout", number: int, kind: Kind, stated: Stated, factor: float) -> FileColumn:

@@ -131,12 +131,12 @@ def grid_of_text(text: str, name: str) -> Grid:
     marked = lines.str.match(MARK)
     marked[marked] = ~lines[marked].str.match(NO_COMMENT)
     sample = lines[~marked].head(SAMPLE)
-    tables = {one: first_block(_rows(sample, one)) for one in SEPARATORS}
-    found = {one: table for one, table in tables.items() if table is not None}
-    if not found:
+    tables = {separator: first_block(_rows(sample, separator)) for separator in SEPARATORS}
+    blocks = {separator: table for separator, table in tables.items() if table is not None}
+    if not blocks:
         raise RecordingError(no_table(name))
-    separator = max(found, key=lambda one: found[one].share)
-    first, width = found[separator].first, len(found[separator].columns)
+    separator = max(blocks, key=lambda separator: blocks[separator].share)
+    first, width = blocks[separator].first, len(blocks[separator].columns)
     lines, sign = _separated(lines, separator)
     under = lines.loc[first:]
     rows = under[~marked[under.index]]

@@ -114,7 +114,7 @@ def are_units(cells: Sequence[str]) -> bool:
     At least half of the cells that are not in `NO_UNIT` are units of a recording's columns, and the
     others are units, too; or more than half of them are, whatever the others.
     """
-    units = [cell for cell in (one.strip(BRACKETS) for one in cells) if cell not in NO_UNIT]
+    units = [cell for cell in (cell.strip(BRACKETS) for cell in cells) if cell not in NO_UNIT]
     known = sum(1 for unit in units if any(unit_named(unit, kind) for kind in KINDS.values()))
     if not known or 2 * known < len(units):
         return False

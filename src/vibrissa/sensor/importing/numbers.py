@@ -139,11 +139,11 @@ def values_of(
     try:
         return numbers(plain, name, signs.decimal)
     except RecordingError as error:
-        found = [cell for column in plain.values() for cell in column if _has_groups(cell)]
-        if not found:
+        grouped = [cell for column in plain.values() for cell in column if _has_groups(cell)]
+        if not grouped:
             raise
         raise RecordingError(
-            f"{error}\n{name}: {found[0]!r} seems to have a separator of thousands: it is read "
+            f"{error}\n{name}: {grouped[0]!r} seems to have a separator of thousands: it is read "
             "only where other numbers prove it, such as 1.234,5; or write numbers without it"
         ) from None
 
@@ -159,9 +159,9 @@ def _plain(column: "Series[str]", signs: Signs) -> "Series[str]":
     usual = column.str.strip().str.fullmatch(NUMBER.format(f"[{signs.decimal}]")).to_numpy(bool)
     if usual.all():
         return column
-    others = column.astype(object)
-    others[~usual] = [_plain_cell(cell, signs) for cell in others[~usual]]
-    return others
+    plain = column.astype(object)
+    plain[~usual] = [_plain_cell(cell, signs) for cell in plain[~usual]]
+    return plain
 
 
 def _plain_cell(cell: object, signs: Signs) -> object:

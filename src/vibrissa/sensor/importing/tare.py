@@ -221,7 +221,7 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
 
     A channel that has too few readings in these rows is left out.
     """
-    found: dict[str, Zero] = {}
+    zeros: dict[str, Zero] = {}
     for name in recorded(values):
         readings = values[name][rows]
         readings = readings[~np.isnan(readings)]
@@ -229,8 +229,8 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
             blocks = BLOCKS if len(readings) >= FEWEST_IN_BLOCKS else len(readings)
             means = np.array([part.mean() for part in np.array_split(readings, blocks)])
             error = means.std(ddof=1) / np.sqrt(blocks) if np.ptp(readings) else 0.0
-            found[name] = Zero(float(readings.mean()), float(error), len(readings))
-    return found
+            zeros[name] = Zero(float(readings.mean()), float(error), len(readings))
+    return zeros
 
 
 def recorded(values: Values) -> list[str]:
