@@ -87,7 +87,8 @@ def limits_of(r: Requirements, pair: Pair, diameter: ArrayLike, length: ArrayLik
 
     A constraint whose upper bound is infinite, or whose lower bound is 0, is left out.
     """
-    d, along = np.asarray(diameter), np.asarray(length)
+    d = np.asarray(diameter)
+    along = np.asarray(length)
     moment = np.pi / 64.0 * d**4 * (1.0 - r.mounting.bore**4)  # I0 (m⁴)
     force = r.material.modulus * moment / along**2  # E·I0/L² (N)
     limits = _limits(r, pair, d, along, {Kind.FORCE: force, Kind.MOMENT: force * along})
@@ -97,7 +98,9 @@ def limits_of(r: Requirements, pair: Pair, diameter: ArrayLike, length: ArrayLik
 def _limits(
     r: Requirements, pair: Pair, d: FloatArray, length: FloatArray, units: Mapping[Kind, FloatArray]
 ) -> Iterator[Limit]:
-    theta, curve, force = pair.curve.theta, pair.curve, units[Kind.FORCE]
+    theta = pair.curve.theta
+    curve = pair.curve
+    force = units[Kind.FORCE]
     bore = r.mounting.bore
     # The yield strain is that of the material at the clamp: elsewhere the stress decides.
     yield Limit("strain", pair.stress * d / length, r.material.yield_strain / r.safety)
@@ -124,7 +127,8 @@ def _limits(
     shortest = pair.shortest
     yield Limit("steps", shortest * length / r.step, r.steps, upper=False)
     # The two loads in which `identify` finds slips.
-    fall, seen = np.ptp(pair.response([0.0, shortest]), axis=0), (FORCES[0], MOMENT)
+    fall = np.ptp(pair.response([0.0, shortest]), axis=0)
+    seen = (FORCES[0], MOMENT)
     fx, m = (fall[i] * units[CHANNEL_KINDS[i]] / r.noise[i] for i in seen)
     yield Limit("slips", np.hypot(fx, m) / FALL, CLEARLY, upper=False)
     yield Limit("spacing", pair.longest * length, r.spacing, Kind.LENGTH)
@@ -277,7 +281,9 @@ class Candidate:
     @cached_property
     def _errors(self) -> tuple[FloatArray, FloatArray]:
         """Effect D of q parameters p/σ on μ0, (k, q), and their covariance C, (k, q, q)."""
-        of, sigma, weight = self.pair.sensitivity, self._sigma(), self._weight
+        of = self.pair.sensitivity
+        sigma = self._sigma()
+        weight = self._weight
         setup = of.setup * sigma
         both = np.einsum("kxc,kpxcq->kpq", weight * of.contact, setup)
         with np.errstate(invalid="ignore"):
@@ -308,7 +314,8 @@ class Candidate:
         parts = []
         for name, size in self.tolerances.items():
             own = np.flatnonzero([parameter.of == name for parameter in PARAMETERS])
-            shared, remaining = covariance[own] @ effect, covariance[np.ix_(own, own)]
+            shared = covariance[own] @ effect
+            remaining = covariance[np.ix_(own, own)]
             falls = float(shared @ np.linalg.solve(np.eye(len(own)) / 3.0 + remaining, shared))
             if name == SLOPE:
                 falls = 0.75 * float(self._of_slope[worst]) ** 2

@@ -69,7 +69,8 @@ def stated_material(setup: Setup) -> Material | None:
     ArgumentError
         If both a material and a yield strain are stated, or the modulus does not fit the material.
     """
-    modulus, density = setup.in_si("modulus"), setup.in_si("density")
+    modulus = setup.in_si("modulus")
+    density = setup.in_si("density")
     stated = {} if density is None else {"density": density}
     if setup.material is None:
         if modulus is None or setup.yield_strain is None:

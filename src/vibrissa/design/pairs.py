@@ -185,7 +185,9 @@ def survey(
 def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sensitivity:
     """Compute the sensitivity of readings and friction in k periods that end at x0 = `end` (L)."""
     x0 = end[:, None] * NODES
-    y, slope, eta = response(x0), response.slope(x0), response.curve.eta
+    y = response(x0)
+    slope = response.slope(x0)
+    eta = response.curve.eta
     steps, curves = _neighbours(response.curve, contact)
     of_rod = derivatives(y, {name: _loads(curve, x0) for name, curve in curves.items()}, steps)
     x1_init = {name: np.array(curve.x1_init) for name, curve in curves.items()}
@@ -193,7 +195,8 @@ def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sen
     # Axes: friction, period, node, channel.
     part = (STARTS[:, None, None] + NODES[:, None]) / PERIODS
     way = PERIODS * part * end[:, None, None, None]
-    before, loads = (((x0 - end[:, None])[..., None] * slope)[:, None], y[:, None])
+    before = ((x0 - end[:, None])[..., None] * slope)[:, None]
+    loads = y[:, None]
     changes = {name: change[:, None] for name, change in of_rod.items()}
     changes |= {
         "stage_angle": -way * changes["eta"] - x1_slope * before,

@@ -260,8 +260,10 @@ def recorded(
     ArgumentError
         If the scan is not possible; see `vibrissa.scanning.cycles.move`.
     """
-    size, stated = deviations.sizes, prior.whisker
-    length, whisker = 1.0 + size["length"], moved(stated, size)
+    size = deviations.sizes
+    stated = prior.whisker
+    length = 1.0 + size["length"]
+    whisker = moved(stated, size)
     if deviations.slope.deviation:
         texture = sloped(
             deviations.slope,

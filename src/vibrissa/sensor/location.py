@@ -114,14 +114,18 @@ def located(rod: MountedRod, clamp: FloatArray, loads: FloatArray) -> Located:
         Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L).
     """
     fx, fy, moment = np.asarray(loads, dtype=float).T
-    mounting, nothing = rod.mounting, np.zeros(len(fx))
+    mounting = rod.mounting
+    nothing = np.zeros(len(fx))
     slope = CLAMP_SLOPE + mounting.clamp_angle + mounting.clamp_compliance * moment
     state = np.array([nothing, nothing, slope, moment])
-    ends, step = np.ones(len(fx)), 1.0 / STEPS
+    ends = np.ones(len(fx))
+    step = 1.0 / STEPS
     # A tip that touches has a moment of 0 at s = 1 up to the errors of the readings: the rod is
     # continued a little. An S-shaped rod has a moment of 0 at its turning point, too.
     past = int(min(PAST, 0.25 / rod.theta) * STEPS)
-    found, tip, vanishes = state, state, np.zeros(len(fx), dtype=bool)
+    found = state
+    tip = state
+    vanishes = np.zeros(len(fx), dtype=bool)
     for number in range(STEPS + past):
         if number == STEPS:
             tip = state
@@ -132,8 +136,10 @@ def located(rod: MountedRod, clamp: FloatArray, loads: FloatArray) -> Located:
             part, there = _vanishing(
                 rod, fx[crossed], fy[crossed], s[crossed], state[:, crossed], step
             )
-            found, ends = found.copy(), ends.copy()
-            ends[crossed], found[:, crossed] = s[crossed] + part, there
+            found = found.copy()
+            ends = ends.copy()
+            ends[crossed] = s[crossed] + part
+            found[:, crossed] = there
             vanishes = vanishes | crossed
         state = after
     at_tip = ~vanishes | (ends >= 1.0)

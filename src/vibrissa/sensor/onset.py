@@ -63,7 +63,8 @@ class WhiskerOnset(Tabular):
 
     def __repr__(self) -> str:
         """Return a line for each known quantity, in the user's units."""
-        onset, units = self.onset, self.whisker.units
+        onset = self.onset
+        units = self.whisker.units
         lines = {
             "status": onset.status.value,
             "meaning of the status": onset.message,
@@ -75,7 +76,8 @@ class WhiskerOnset(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """Columns of a table with one row: the onset of slip, or else lateral buckling."""
-        onset, units = self.onset, self.whisker.units
+        onset = self.onset
+        units = self.whisker.units
         return {
             "status": Column([onset.status.value], "", "status"),
             "message": Column([onset.message], "", "meaning of the status"),
@@ -92,7 +94,9 @@ class WhiskerOnset(Tabular):
 
     def _measured(self) -> Iterator[tuple[str, float, Kind, str]]:
         """Name, value, kind and description of all quantities; unknown values are NaN."""
-        onset, state, when = self.onset, self.onset.slip, ""
+        onset = self.onset
+        state = self.onset.slip
+        when = ""
         if onset.end == End.SWINGS_ASIDE:
             state, when = onset.trail, " when the trailing tip slips"
             yield "x0_swing", onset.ended.x0, Kind.LENGTH, "clamp travel at lateral buckling, x0"

@@ -56,7 +56,8 @@ class Signals(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """Columns by name, with units; they have one row for each step of the clamp."""
-        truth, unit = self.truth, self.units.unit(Kind.LENGTH)
+        truth = self.truth
+        unit = self.units.unit(Kind.LENGTH)
         length, force, moment = (
             self.units.name(kind) for kind in (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
         )

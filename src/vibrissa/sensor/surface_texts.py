@@ -129,7 +129,8 @@ def read_heights(
     RecordingError
         If the table cannot be read.
     """
-    textures_read, about = [], ""
+    textures_read = []
+    about = ""
     for name, given in (
         ("start", start != "0"),
         ("row", row is not None),
@@ -200,7 +201,8 @@ def _read_grooves(text: str, units: Units) -> Texture:
 
 def _quantities(text: str, units: Units, what: str, names: str) -> list[float]:
     """Read lengths that are separated by commas."""
-    parts, wanted = text.split(","), names.split(", ")
+    parts = text.split(",")
+    wanted = names.split(", ")
     if len(parts) != len(wanted):
         raise ArgumentError(f"{what} needs '{names}', got {text!r}")
     return [

@@ -55,7 +55,8 @@ class Tolerable:
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> Self:
         """Read an entry of tolerances.toml, where angles are in degrees."""
-        kind, size = Kind[entry["kind"].upper()], float(entry["size"])
+        kind = Kind[entry["kind"].upper()]
+        size = float(entry["size"])
         radians = float(np.deg2rad(size))
         return cls(**{**entry, "kind": kind, "size": radians if kind is Kind.ANGLE else size})
 
@@ -120,7 +121,8 @@ def read_tolerances(
 
 
 def _read(units: Units, name: str, size: Quantity, whisker: "Whisker | None") -> float:
-    what, quantity = f"the tolerance of {name}", TOLERABLE[name]
+    what = f"the tolerance of {name}"
+    quantity = TOLERABLE[name]
     value = abs(_value(whisker, name))
     text = str(size).strip()
     if text.endswith("%"):

@@ -54,7 +54,8 @@ class AxisUnit(NamedTuple):
 
 def axis_of(identification: Identification, kind: Kind, values: FloatArray) -> AxisUnit:
     """Choose the unit of an axis: a prefix for small values in SI units."""
-    unit, name = identification.units.unit(kind), identification.units.name(kind)
+    unit = identification.units.unit(kind)
+    name = identification.units.name(kind)
     largest = float(np.nanmax(np.abs(values), initial=0.0)) * unit
     if identification.units.nondimensional:
         return AxisUnit(factor=unit, unit=name.replace("*", "·").replace("^2", "²"))
@@ -104,7 +105,8 @@ def draw(identification: Identification) -> Figure:
 
 def svg(identification: Identification) -> str:
     """Draw the strip as the text of an SVG element."""
-    figure, file = draw(identification), StringIO()
+    figure = draw(identification)
+    file = StringIO()
     with style.applied():
         figure.savefig(file, format="svg", metadata={"Date": None})
     text = file.getvalue()
@@ -144,7 +146,8 @@ def _residuals(panel: Axes, identification: Identification) -> None:
 
 def _clamp_axes(identification: Identification, panels: list[Axes]) -> None:
     """Shade periods in doubt in the panels over the clamp, and name their common axis."""
-    recording, periods = identification.recording, identification.periods
+    recording = identification.recording
+    periods = identification.periods
     length = axis_of(identification, Kind.LENGTH, recording.clamp)
     line = recording.line
     starts = recording.clamp[np.searchsorted(line, periods.first_line).clip(max=len(line) - 1)]
@@ -161,7 +164,8 @@ def _clamp_axes(identification: Identification, panels: list[Axes]) -> None:
 
 
 def _friction(panel: Axes, identification: Identification) -> None:
-    periods, summary = identification.periods, identification.summary()
+    periods = identification.periods
+    summary = identification.summary()
     at_tip = np.isfinite(periods.contact).any()
     places = periods.contact if at_tip else periods.footpoint
     length = axis_of(identification, Kind.LENGTH, places)

@@ -105,10 +105,8 @@ def _table(identification: Identification) -> str:
 
 
 def _rows(identification: Identification) -> Iterator[str]:
-    periods, length = (
-        identification.periods,
-        axis_of(identification, Kind.LENGTH, identification.recording.clamp),
-    )
+    periods = identification.periods
+    length = axis_of(identification, Kind.LENGTH, identification.recording.clamp)
 
     def spelled(value: float, digits: int) -> str:
         return f"{value:.{digits}f}" if np.isfinite(value) else "–"

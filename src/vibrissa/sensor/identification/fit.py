@@ -72,7 +72,8 @@ class Fit:
 
         Noise of the clamp position acts as noise of the readings in the direction of their slope.
         """
-        position, count = self.task.recording.position, self.task.blocks.count
+        position = self.task.recording.position
+        count = self.task.blocks.count
         scaled = self.task.weighted(values) * np.sqrt(count)[:, None]
         if not position:
             return scaled

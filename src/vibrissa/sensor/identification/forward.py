@@ -150,7 +150,8 @@ class ForwardModel:
 
     def at(self, clamp: FloatArray, contact: ArrayLike) -> Held:
         """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
-        rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
+        rod = moved(self.given, self.size)
+        clamp = scale_of(self.size) * clamp
         stage = Stage(response=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
         return stage.states(clamp, contact, 1)
 
@@ -210,7 +211,8 @@ class ForwardModel:
 
         `order` is the order of the derivatives. Units are those of the given rod.
         """
-        at, length = states.clip(x0), 1.0 + self.size["length"]
+        at = states.clip(x0)
+        length = 1.0 + self.size["length"]
         loads = states.derivative(at, order) if order else self._of_ball(states, at)
         return loads * np.array([length**-2, length**-2, 1.0 / length])
 
@@ -237,8 +239,10 @@ class ForwardModel:
 
     def changes(self, u: FloatArray) -> Changes:
         """Differentiate readings and friction with respect to each parameter, at constant `u`."""
-        parameters, loads = self.task.parameters, self.loads(*self.states(u))
-        friction, readings = self.friction(u)[:, 1], np.zeros((len(parameters), *loads.shape))
+        parameters = self.task.parameters
+        loads = self.loads(*self.states(u))
+        friction = self.friction(u)[:, 1]
+        readings = np.zeros((len(parameters), *loads.shape))
         frictions = np.zeros((len(parameters), len(u)))
         steps = {one.name: one.step for one in parameters}
         sets = dict(zip(steps, self.p + np.diag([*steps.values()]), strict=True))

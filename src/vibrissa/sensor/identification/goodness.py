@@ -69,7 +69,8 @@ class Estimate:
 
     def spelled(self, units: Units) -> str:
         """Format the estimate in the user's units."""
-        of, stated = self.parameter.of, self.parameter.deviation
+        of = self.parameter.of
+        stated = self.parameter.deviation
         size, unit = told(of, self.size, units)
         deviation, tolerance = (told(of, error, units)[0] for error in (self.deviation, stated))
         text = (
@@ -176,7 +177,8 @@ class Cause:
 
     def spelled(self, units: Units) -> str:
         """Format the quantity and its change in the user's units."""
-        way, of = "larger" if self.size > 0.0 else "smaller", self.parameter.of
+        way = "larger" if self.size > 0.0 else "smaller"
+        of = self.parameter.of
         size, unit = told(of, abs(self.size), units)
         by = f"{size:.3g} ± {told(of, self.deviation, units)[0]:.1g} {unit}".rstrip()
         return f"{self.parameter.name} {way} by {by} (explains {self.explained:.0%} of the misfit)"
@@ -189,10 +191,15 @@ def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
     quantity is fitted together with the contact points and, if the fit has converged, with the
     quantities that are not exact.
     """
-    fit, line, task = fitted.fit, fitted.line, fitted.task
-    free, settled = task.free, fitted.adjusted
-    changes, miss = line.changes[:, fit.rows], fitted.misses[fit.rows]
-    along, known = (changes * miss).sum(axis=(1, 2)), (changes**2).sum(axis=(1, 2))
+    fit = fitted.fit
+    line = fitted.line
+    task = fitted.task
+    free = task.free
+    settled = fitted.adjusted
+    changes = line.changes[:, fit.rows]
+    miss = fitted.misses[fit.rows]
+    along = (changes * miss).sum(axis=(1, 2))
+    known = (changes**2).sum(axis=(1, 2))
     if settled:
         shared = line.jacobian @ changes.reshape(len(changes), -1).T
         known -= (shared * (fitted.remaining @ shared)).sum(axis=0)
@@ -200,7 +207,8 @@ def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
         parameter.of not in NOT_NAMED for parameter in task.parameters
     ]
     known = np.where(named, known, np.inf)
-    size, deviation = along / known, 1.0 / np.sqrt(known)
+    size = along / known
+    deviation = 1.0 / np.sqrt(known)
     fall = size * along
     if settled:
         left = np.diag(fitted.remaining)

@@ -101,7 +101,8 @@ def identify(
         If the response of the whisker is not found.
     """
     problem = _problem(setup, recording, method, slip_time, delay)
-    task, whisker = problem.task, problem.whisker
+    task = problem.task
+    whisker = problem.whisker
     if profile and whisker is None:
         raise ArgumentError(
             "the profile needs the rod: give theta and eta, and its size in SI units"
@@ -198,7 +199,8 @@ def _alike(first: Task, second: Task) -> bool:
 
 def _answer(problem: _Problem, both: _ByBoth | None) -> Identification:
     """Return the friction by the method of the problem; `both` is None without a rod."""
-    task, whisker = problem.task, problem.whisker
+    task = problem.task
+    whisker = problem.whisker
     if whisker is None or both is None:
         answer = _by_ratio_alone(read_ratio(task), task).noted(UNCHECKED)
     else:

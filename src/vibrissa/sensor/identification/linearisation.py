@@ -65,7 +65,8 @@ class Linearisation:
         NoResponseError
             If a rod near to that of the fit has no response.
         """
-        blocks, slope = fit.task.blocks, fit.slope
+        blocks = fit.task.blocks
+        slope = fit.slope
         changes = fit.model.changes(fit.u)
         readings = fit.weighted(changes.readings)
         moves = -np.stack(
@@ -105,7 +106,8 @@ class Linearisation:
         """
         if not self.at.task.slope.deviation:
             return values
-        blocks, along = self.at.task.blocks, self.by_height
+        blocks = self.at.task.blocks
+        along = self.by_height
         less = (1.0 / np.sqrt(1.0 + self.allowed * self.told) - 1.0) / self.told
         part = blocks.sums((along * values).sum(axis=1)) * less
         return np.asarray(values + along * part[blocks.period][:, None])
@@ -118,7 +120,8 @@ class Linearisation:
     @cached_property
     def jacobian(self) -> FloatArray:
         """Jᵀ: derivatives of the m misses of fitted periods with respect to p/σ, shape (f, m)."""
-        free, sigma = self.at.task.free, self.at.task.sigma
+        free = self.at.task.free
+        sigma = self.at.task.sigma
         each = [self.levelled(change)[self.at.rows].ravel() for change in self.readings[free]]
         size = int(self.at.rows.sum()) * self.readings.shape[2]
         return -np.reshape(each, (len(each), size)) * sigma[free, None]
@@ -145,6 +148,7 @@ class Linearisation:
     @cached_property
     def moves_of_heights(self) -> FloatArray:
         """Derivatives of the estimated heights with respect to each parameter, shape (p, k)."""
-        sums, along = self.at.task.blocks.sums, self.by_height
+        sums = self.at.task.blocks.sums
+        along = self.by_height
         each = [sums((change * along).sum(axis=1)) for change in self.readings]
         return np.asarray(-np.stack(each, axis=1) / np.maximum(self.told, 1.0)[:, None])

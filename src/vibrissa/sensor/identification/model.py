@@ -125,7 +125,8 @@ def _no_states(fit: Fit) -> BoolArray:
 
     If there are many, only those count that no rod within the tolerances explains, to first order.
     """
-    blocks, squares = fit.task.blocks, (fit.residuals**2).sum(axis=1)
+    blocks = fit.task.blocks
+    squares = (fit.residuals**2).sum(axis=1)
     size = (fit.task.weighted(blocks.readings) ** 2).sum(axis=1) * blocks.count
     off: BoolArray = squares > np.maximum(MISFIT * blocks.count, MOST_MISFIT**2 * size)
     if blocks.count[off].sum() <= MOST_OFF * blocks.count.sum():
@@ -160,7 +161,8 @@ def _checks(fitted: FittedSetUp, periods: Periods) -> list[Check]:
 
 def read_periods(fitted: FittedSetUp) -> Periods:
     """Estimate the friction of the periods from a fit."""
-    fit, line = fitted.fit, fitted.line
+    fit = fitted.fit
+    line = fitted.line
     sign = fit.task.ends.sign
     states, x0 = fit.model.onset(fit.u)
     slope = sign * states.demand_slope(np.clip(x0, states.x0_pull, states.x0_lock))[:, 1]
@@ -218,7 +220,8 @@ class _ByHeight(NamedTuple):
 
 def _by_height(fitted: FittedSetUp, effect: FloatArray) -> _ByHeight:
     """Estimate the change of μ0 due to the heights, where μ0 changes by `effect` per height."""
-    none, line = np.zeros(len(effect)), fitted.line
+    none = np.zeros(len(effect))
+    line = fitted.line
     if not (fitted.task.slope.deviation and fitted.settled):
         return _ByHeight(change=none, left=none, effects=none[:, None])
     height, variance = fitted.heights

@@ -163,7 +163,8 @@ def parameters_of(
         Full scale of the channels, for crosstalk; NaN for a channel that was not recorded.
     """
     there = np.isfinite(full_scale)
-    ranges, unbounded = ranges_of(whisker), Bounds()
+    ranges = ranges_of(whisker)
+    unbounded = Bounds()
     channels = {name: NEEDS.get(name, quantity.channel) for name, quantity in TOLERABLE.items()}
     each = (
         Parameter(
@@ -192,7 +193,8 @@ def _parts(parameter: Parameter, full_scale: FloatArray) -> Iterator[Parameter]:
     elif parameter.of.startswith("drift_"):
         yield replace(parameter, effect=_zero(channel, np.asarray))
         for wave in range(1, WAVES + 1):
-            name, part = f"{parameter.of}, wave {wave}", np.sqrt(2.0) / (np.pi * wave)
+            name = f"{parameter.of}, wave {wave}"
+            part = np.sqrt(2.0) / (np.pi * wave)
             effect = _zero(channel, _half_waves(wave))
             yield replace(
                 parameter, name=name, deviation=part * parameter.deviation, effect=effect, wave=wave

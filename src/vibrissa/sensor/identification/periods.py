@@ -249,10 +249,13 @@ def periods_of(
     effects : ndarray, shape (p, k)
         Change of μ0 per unit of error, for each of k errors that all periods share.
     """
-    recording, spans = task.recording, task.spans
+    recording = task.recording
+    spans = task.spans
     growth = np.abs(along[:, 2] - along[:, 0])
-    by_step, normal = step_deviation(growth, 1.0), np.hypot(own, common)
-    mu0, width = along @ SIMPSON, half_width(0.5 * growth, normal)
+    by_step = step_deviation(growth, 1.0)
+    normal = np.hypot(own, common)
+    mu0 = along @ SIMPSON
+    width = half_width(0.5 * growth, normal)
     fx, fy = recording.readings[spans.begins][:, FORCES].T
     return Periods(
         status=np.full(len(spans), PeriodStatus.SLIP),
@@ -277,7 +280,8 @@ def periods_of(
 
 def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
     """Check the clamp's path and the number of samples."""
-    ends, usual = spans.ends, usual_step(clamp)
+    ends = spans.ends
+    usual = usual_step(clamp)
     gap = clamp[spans.after] - clamp[ends]
     lost = spans.cut | (np.abs(gap) > LOST * usual)
     came = clamp[ends] - clamp[np.maximum(ends - FEW, spans.begins)]

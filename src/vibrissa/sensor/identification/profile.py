@@ -61,9 +61,11 @@ class ContactProfile(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """Columns by name, with units; they have one row for each sample."""
-        unit, length = self.units.unit(Kind.LENGTH), self.units.name(Kind.LENGTH)
+        unit = self.units.unit(Kind.LENGTH)
+        length = self.units.name(Kind.LENGTH)
         force, force_name = self.units.channels[0], self.units.name(Kind.FORCE)
-        found, both = self.located, "standard deviation by noise and tolerances"
+        found = self.located
+        both = "standard deviation by noise and tolerances"
         alone = "its part by noise, independent from sample to sample"
         return {
             "footpoint": Column(self.clamp * unit, length, "position of the clamp"),
@@ -101,7 +103,8 @@ def profile_of(task: Task, whisker: Whisker) -> ContactProfile:
             "above 0"
         )
     recording = task.recording
-    clamp, loads = recording.clamp, recording.readings
+    clamp = recording.clamp
+    loads = recording.readings
     nothing = dict.fromkeys(task.number, 0.0)
     contact = located(whisker, clamp, loads)
     places = _places(contact, whisker)
@@ -140,7 +143,8 @@ def _changes(
     task: Task, stated: Whisker, nothing: dict[str, float], places: _Places, by_load: FloatArray
 ) -> Iterator[FloatArray]:
     """Change of position and height by one standard deviation of each parameter, shape (2, n)."""
-    recording, part = task.recording, np.arange(len(task.recording))[:, None] / task.last
+    recording = task.recording
+    part = np.arange(len(task.recording))[:, None] / task.last
     for parameter in task.parameters:
         if not parameter.deviation:
             continue
@@ -150,7 +154,8 @@ def _changes(
             yield -parameter.deviation * np.einsum("kcn,nk->cn", by_load, wrong)
             continue
         size = nothing | {parameter.name: parameter.step}
-        whisker, length = moved(stated, size), 1.0 + size["length"]
+        whisker = moved(stated, size)
+        length = 1.0 + size["length"]
         loads = recording.readings * np.array([length**2, length**2, length])
         contact = located(whisker, scale_of(size) * recording.clamp, loads)
         changed = {parameter.name: np.array(_places(contact, whisker, length))}

@@ -151,7 +151,8 @@ def in_window(blocks: Blocks, ends: PeriodEnds) -> tuple[Blocks, FloatArray]:
     near = np.abs(way) <= np.abs(length)[blocks.period] * (1.0 + ROUNDING)
     # The last block always belongs to the window, even if the clamp turned.
     near[np.append(blocks.starts[1:], len(blocks)) - 1] = True
-    window, size = blocks.take(near), np.where(length == 0.0, 1.0, length)
+    window = blocks.take(near)
+    size = np.where(length == 0.0, 1.0, length)
     forward = np.column_stack([ends.sign, np.ones(len(ends))])
     return replace(
         window,
@@ -192,7 +193,8 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
     Polynomials of a degree n give a ratio. The mean change of the ratio from degree n to n + 1
     is added to it. The degree n with the least error of this sum is used.
     """
-    ends, position = task.ends, task.recording.position
+    ends = task.ends
+    position = task.recording.position
     gap = np.where(task.spans.cut, 0.0, ends.gap)
     window, length = in_window(task.blocks, ends)
     length = np.where(np.abs(gap) < MOST_BEYOND * np.abs(length), length, np.nan)
@@ -220,11 +222,13 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
 
 def _corrected(low: Onsets, high: Onsets) -> Onsets:
     """Add to μ0 by `low` the mean change to μ0 by `high`, both in the middle of the step."""
-    change, variance = (high.along - low.along)[:, 1], high.own**2 - low.own**2
+    change = (high.along - low.along)[:, 1]
+    variance = high.own**2 - low.own**2
     told = (variance > 0.0) & (high.chance > UNLIKELY)
     if not told.any():
         return low
-    change, variance = change[told], variance[told]
+    change = change[told]
+    variance = variance[told]
     between, _ = variance_between(change, variance)
     weight = 1.0 / (variance + between)
     mean = float((weight * change).sum() / weight.sum())
@@ -242,7 +246,8 @@ def read_ratio(task: Task) -> Identification:
     """
     if not task.both_forces:
         raise RecordingError("the method ratio needs both forces, and a noise above 0 for each")
-    forces, noise = task.recording.readings[:, FORCES], task.noise[FORCES]
+    forces = task.recording.readings[:, FORCES]
+    noise = task.noise[FORCES]
     check_slips(task.recording, task.spans, task.noise)
     check_forces(forces, noise)
     onsets, own = read_onsets(task)
@@ -277,7 +282,9 @@ def read_ratio(task: Task) -> Identification:
 
 def _effects(task: Task, mu0: FloatArray, parameters: Sequence[Parameter]) -> FloatArray:
     """Change of the friction per unit of each parameter, shape (p, k): −(δfx − (fx/fy)·δfy)/fy."""
-    ends, last, sign = task.spans.ends, task.last, task.ends.sign
+    ends = task.spans.ends
+    last = task.last
+    sign = task.ends.sign
     # A moment that was not recorded is taken as 1, the full scale to which crosstalk refers.
     loads = np.nan_to_num(task.recording.readings[ends], nan=1.0)
     found = np.zeros((len(ends), len(parameters)))
@@ -318,7 +325,8 @@ def _check_axes(forces: FloatArray, status: StrArray) -> None:
 
 def _statuses(onsets: Onsets, task: Task) -> tuple[StrArray, FloatArray]:
     """Status of each period, and a lower bound of its μ0."""
-    spans, noise = task.spans, task.noise[FORCES]
+    spans = task.spans
+    noise = task.noise[FORCES]
     ratio, deviation = onsets.ratio(PLACES)
     # Without enough samples for a polynomial, the last sample alone gives a ratio.
     fx, fy = task.recording.readings[spans.ends][:, FORCES].T

@@ -160,7 +160,8 @@ def read_recording(
     for channel, kind, column in zip(CHANNELS, CHANNEL_KINDS, readings.T, strict=True):
         if channel in table.columns:
             column[:] = _nondimensional(table, channel, kind, units)
-    saturated, (zeros, offsets) = np.zeros(readings.shape, dtype=bool), _zeros(table)
+    saturated = np.zeros(readings.shape, dtype=bool)
+    zeros, offsets = _zeros(table)
     if transducer is not None:
         saturated = transducer.saturated(readings * units.channels + offsets)
     used, notes = _used(np.isnan(readings) | saturated, table, method)
@@ -234,10 +235,12 @@ def suffices(channels: Sequence[int]) -> bool:
 
 def _scanned(recording: Recording, used: list[int]) -> Recording:
     """Leave out the rows before and after the scan, and note them."""
-    rows, loaded = np.arange(len(recording)), touching(recording.readings[:, used])
+    rows = np.arange(len(recording))
+    loaded = touching(recording.readings[:, used])
     air = recording.readings[slice(loaded.start) if loaded.start else slice(loaded.stop, None)]
     kept = rows[loaded][moving(recording.clamp[loaded])]
-    free, rest = np.delete(rows, loaded), np.setdiff1d(rows[loaded], kept)
+    free = np.delete(rows, loaded)
+    rest = np.setdiff1d(rows[loaded], kept)
     recording = recording.naming(free, "no load: nothing touches the surface")
     recording = recording.naming(rest, "the clamp rests before or after the scan").take(kept)
     if not len(air):
@@ -249,7 +252,8 @@ def _scanned(recording: Recording, used: list[int]) -> Recording:
     if not len(air):
         return recording
     middle = 0.5 * (loaded.start or loaded.stop + len(rows))
-    mean, way = tuple(air.mean(axis=0).tolist()), abs(middle - kept[0]) / len(kept)
+    mean = tuple(air.mean(axis=0).tolist())
+    way = abs(middle - kept[0]) / len(kept)
     return replace(recording, air=mean, air_rows=len(air), air_way=way)
 
 
@@ -258,10 +262,12 @@ def _zeros(table: series.Table) -> tuple[dict[str, str], FloatArray]:
 
     Return their errors, and their values in SI units.
     """
-    errors, values = {}, np.zeros(len(CHANNELS))
+    errors = {}
+    values = np.zeros(len(CHANNELS))
     for i, kind in enumerate(CHANNEL_KINDS):
         name = f"zero_{CHANNELS[i]}"
-        zero, what = Measured.read(table.header.get(name, "0")), f"{name} of {table.source}"
+        zero = Measured.read(table.header.get(name, "0"))
+        what = f"{name} of {table.source}"
         zero.check(kind, what)
         values[i] = SI_UNITS.read(zero.value, kind, what)
         if zero.tolerance is not None:

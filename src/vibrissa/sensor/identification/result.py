@@ -161,8 +161,10 @@ class Identification(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """Columns of the table of friction, which has one row for each period."""
-        periods, unit = self.periods, self.units.unit(Kind.LENGTH)
-        length, none = self.units.name(Kind.LENGTH), np.full(len(periods), np.nan)
+        periods = self.periods
+        unit = self.units.unit(Kind.LENGTH)
+        length = self.units.name(Kind.LENGTH)
+        none = np.full(len(periods), np.nan)
         ratio, deviation = none, none
         if not self.by_model:
             ratio, deviation = periods.mu0, periods.deviation
@@ -190,7 +192,8 @@ class Identification(Tabular):
 
 def beside(model: Identification, ratio: Identification) -> Beside:
     """Compare the friction by the model with that by the ratio of the forces, period by period."""
-    one, other = model.periods, ratio.periods
+    one = model.periods
+    other = ratio.periods
     known = (one.status == PeriodStatus.SLIP) & (other.status == PeriodStatus.SLIP)
     known &= other.grade != Grade.WRONG
     apart = one.mu0 - other.mu0

@@ -70,9 +70,12 @@ NO_WAVE = _Wave(fall=0.0, size=0.0)
 
 def pitch_error_of(fitted: FittedSetUp) -> PitchError | None:
     """Find an error of the positions that repeats and explains most of the misfit, if any."""
-    fit, degrees = fitted.fit, fitted.degrees + fitted.unevenness.number
-    blocks, excess = fitted.task.blocks, fitted.misfit - degrees
-    way, steps = np.ptp(blocks.clamp), np.abs(np.diff(blocks.clamp))
+    fit = fitted.fit
+    degrees = fitted.degrees + fitted.unevenness.number
+    blocks = fitted.task.blocks
+    excess = fitted.misfit - degrees
+    way = np.ptp(blocks.clamp)
+    steps = np.abs(np.diff(blocks.clamp))
     if excess <= 0.0 or not steps.any():
         return None
     # Readings change along `slope` where positions are wrong.
@@ -104,7 +107,8 @@ def _waves(fit: Fit, weight: FloatArray, number: float) -> FloatArray:
     Their part that only shifts the contact point of a period is subtracted, as that point is
     fitted, too.
     """
-    blocks, phase = fit.task.blocks, number * fit.task.shown
+    blocks = fit.task.blocks
+    phase = number * fit.task.shown
     waves = np.stack([np.sin(phase), np.cos(phase)])
     whole = np.maximum(blocks.sums(weight), LEAST_WEIGHT)
     means = np.stack([blocks.sums(weight * wave) / whole for wave in waves])
@@ -119,7 +123,8 @@ def _alone(fit: Fit, weight: FloatArray, along: FloatArray, number: float) -> _W
 
 def _with_set_up(fitted: FittedSetUp, weight: FloatArray, number: float) -> _Wave:
     """Fit an error with this wave number (1/L) together with the set-up, to first order."""
-    fit, line = fitted.fit, fitted.line
+    fit = fitted.fit
+    line = fitted.line
     waves = _waves(fit, weight, number)
     moved = [line.levelled(fit.slope * wave[:, None]) for wave in waves]
     changes = np.stack([change[fit.rows].ravel() for change in moved])

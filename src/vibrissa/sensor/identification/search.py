@@ -46,11 +46,14 @@ def fit_set_up(start: Fit) -> FittedSetUp:
 
 def _searched(start: Linearisation) -> FittedSetUp:
     """Fit the set-up; return the given set-up if the steps do not settle."""
-    best, line, fresh = start.at, start, True
+    best = start.at
+    line = start
+    fresh = True
     if not best.task.free.any():
         return FittedSetUp(fit=best, line=line, settled=True)
     for _ in range(MOST_STEPS):
-        before, better = line.total(best), _better(best, line)
+        before = line.total(best)
+        better = _better(best, line)
         small = better is None or before - line.total(better) < SETTLED * before + NOTHING
         if better is not None:
             best = better
@@ -76,9 +79,11 @@ def _better(fit: Fit, line: Linearisation) -> Fit | None:
     low, high = _bounds(fit)
     root = np.linalg.cholesky(line.normal).T
     slope = line.jacobian @ line.misses(fit)[fit.rows].ravel() + fit.scores
-    aim, within = -np.linalg.solve(root.T, slope), (low - fit.scores, high - fit.scores)
+    aim = -np.linalg.solve(root.T, slope)
+    within = (low - fit.scores, high - fit.scores)
     step = lsq_linear(root, aim, within, method="bvls").x
-    free, sigma = fit.task.free, fit.task.sigma
+    free = fit.task.free
+    sigma = fit.task.sigma
     most = line.total(fit) * (1.0 + SETTLED) + NOTHING
     for part in 0.5 ** np.arange(HALVINGS):
         p = fit.p.copy()
@@ -99,7 +104,8 @@ def _bounds(fit: Fit) -> FloatArray:
     low, high = np.array([(parameter.low, parameter.high) for parameter in fit.task.parameters]).T
     if fit.model.heights.x0_touch <= fit.u.max():
         # A rod that is curved towards the surface arches over it before its tip is level.
-        curvature, given = fit.task.number["curvature"], fit.model.given.mounting.coefficients[0]
+        curvature = fit.task.number["curvature"]
+        given = fit.model.given.mounting.coefficients[0]
         high[curvature] = min(high[curvature], max(0.0, -given))
     free = fit.task.free
     return np.asarray(np.stack([low, high])[:, free] / fit.task.sigma[free])

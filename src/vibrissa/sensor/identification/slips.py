@@ -191,7 +191,8 @@ def _spans(recording: Recording, falls: FloatArray) -> Spans:
     """
     begins, ends = _slips(falls)
     clamp = recording.smooth
-    steps, usual = np.abs(np.diff(clamp)), usual_step(clamp)
+    steps = np.abs(np.diff(clamp))
+    usual = usual_step(clamp)
     moves = steps > 0.0
     rise = np.median(-falls[moves] / steps[moves]) * steps if moves.any() else steps
     short = rise + falls > np.maximum(FALL, STICKS_ON * rise)
@@ -223,7 +224,8 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     RecordingError
         If the load rises suddenly in slips, instead of falling, or there is no period.
     """
-    readings, clamp = recording.readings / noise, recording.smooth
+    readings = recording.readings / noise
+    clamp = recording.smooth
     load = readings[:, 0] if np.isfinite(noise[FORCES]).all() else -readings[:, MOMENT]
     falls = np.diff(load) * recording.direction
     frequent = not recording.position and _saw_teeth(falls)
@@ -305,14 +307,17 @@ def before_swing(recording: Recording, spans: Spans, noise: FloatArray) -> tuple
     )
     recording = recording.noted(note).take(slice(end))
     spans = spans.take(slice(kept))
-    after, swung = np.minimum(spans.after, end - 1), np.arange(kept) == kept - 1
+    after = np.minimum(spans.after, end - 1)
+    swung = np.arange(kept) == kept - 1
     return recording, replace(spans, after=after, swung=swung)
 
 
 def ends_of(recording: Recording, spans: Spans) -> PeriodEnds:
     """Find the position, travel and direction of the clamp at the end of each period."""
-    clamp, position = recording.clamp, recording.position
-    last, unseen = clamp[spans.ends], spans.cut | spans.passes
+    clamp = recording.clamp
+    position = recording.position
+    last = clamp[spans.ends]
+    unseen = spans.cut | spans.passes
     gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)
     step = np.minimum(spans.ends - unseen, len(clamp) - 2)
     sign = recording.direction[np.maximum(step, 0)]
@@ -367,8 +372,10 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     This load has the sign of force_x, unlike the load in the description of this module. It
     decreases while a clamp that moves forward bends the rod.
     """
-    readings, way = recording.readings / noise, recording.direction
-    both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])
+    readings = recording.readings / noise
+    way = recording.direction
+    both = np.isfinite(noise[FORCES]).all()
+    moment = np.isfinite(noise[MOMENT])
     # The moment shows the load with the other sign, and mostly with less noise.
     loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
     # The weight of each channel is its rise relative to its noise.

@@ -164,7 +164,8 @@ class FrictionSummary:
             yield f"measure first: {', '.join(first)}"
 
     def _fit(self) -> Iterator[str]:
-        fit, causes = self.found.goodness, self.found.causes
+        fit = self.found.goodness
+        causes = self.found.causes
         if fit is None or (fit.fits and not causes):
             return
         if fit.fits:
@@ -185,15 +186,18 @@ def used_in_mean(periods: Periods) -> BoolArray:
 
     If most periods with a slip are graded wrong, all of them are in the mean.
     """
-    wrong, slips = periods.grade == Grade.WRONG, periods.status == PeriodStatus.SLIP
+    wrong = periods.grade == Grade.WRONG
+    slips = periods.status == PeriodStatus.SLIP
     most = wrong[slips].sum() > MOST_WRONG * slips.sum()
     return np.asarray(slips if most else slips & ~wrong)
 
 
 def summary_of(identification: "Identification") -> FrictionSummary:
     """Summarise the friction of the periods of an identification."""
-    periods, wrong = identification.periods, identification.periods.grade == Grade.WRONG
-    slips, used = periods.status == PeriodStatus.SLIP, used_in_mean(periods)
+    periods = identification.periods
+    wrong = identification.periods.grade == Grade.WRONG
+    slips = periods.status == PeriodStatus.SLIP
+    used = used_in_mean(periods)
     others = periods.status[~slips].tolist() + periods.grade[slips & ~used].tolist()
     bounds = periods.low[np.isfinite(periods.low) & ~wrong]
     known = FrictionSummary(
@@ -209,8 +213,10 @@ def summary_of(identification: "Identification") -> FrictionSummary:
 
 def _with_mean(known: FrictionSummary, used: Periods) -> FrictionSummary:
     """Add the mean of the used periods and its uncertainty to a summary."""
-    slope, covariance = known.found.slope, known.found.covariance
-    noise, step = used.by_noise**2, used.by_step**2
+    slope = known.found.slope
+    covariance = known.found.covariance
+    noise = used.by_noise**2
+    step = used.by_step**2
     # A period without any error would have all the weight.
     floor = np.maximum(ROUNDING * used.deviation**2, LEAST)
     between, error = variance_between(used.mu0, np.maximum(noise, floor))
@@ -239,7 +245,8 @@ def _with_mean(known: FrictionSummary, used: Periods) -> FrictionSummary:
 
 def _gained(effect: FloatArray, identification: "Identification") -> dict[str, float]:
     """Return by how much the variance of the mean would fall if each quantity alone were exact."""
-    names, gained = [estimate.parameter.of for estimate in identification.estimates], {}
+    names = [estimate.parameter.of for estimate in identification.estimates]
+    gained = {}
     along = identification.covariance @ effect
     for name in dict.fromkeys(names):
         rows = np.flatnonzero([other == name for other in names])

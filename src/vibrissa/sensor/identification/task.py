@@ -185,7 +185,8 @@ def task_of(
     recording = recording.noted(*_coarse(rounded > scatter, rounded, units))
     assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
-        read, known = whisker.tolerances, np.maximum(known, LEAST_FITTED)
+        read = whisker.tolerances
+        known = np.maximum(known, LEAST_FITTED)
     else:
         read = read_tolerances(units, setup.tolerances)
         if needless := [name for name in read if name not in (*BEARING, SLOPE)]:
@@ -195,7 +196,8 @@ def task_of(
             )
     stated = {**read_tolerances(units, recording.zeros, whisker), **read}
     recording, zeros = _tared(recording, known, {**assumed, **stated}, stated)
-    sizes, stated = {**assumed, **stated, **zeros}, {**stated, **zeros}
+    sizes = {**assumed, **stated, **zeros}
+    stated = {**stated, **zeros}
     in_periods = find_slips(recording, known)
     full_scale = _full_scale(in_periods.recording, transducer, units)
     return Task(

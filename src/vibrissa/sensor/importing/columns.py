@@ -175,7 +175,8 @@ def find_column(layout: "Layout", target: str, source: str) -> FileColumn | None
     number = _number_of(layout, target, source, stated)
     if number is None:
         return None
-    title, sign = layout.titles[number], -stated.factor if stated.minus else stated.factor
+    title = layout.titles[number]
+    sign = -stated.factor if stated.minus else stated.factor
     if stated.per:
         return _scaled(layout, number, kind, stated, sign)
     if target == "time" and not stated.unit and (clock := _clock(layout, number)):
@@ -187,7 +188,8 @@ def find_column(layout: "Layout", target: str, source: str) -> FileColumn | None
 
 def _number_of(layout: "Layout", target: str, source: str, stated: Stated) -> int | None:
     """Find the number of a column by its title, with or without the unit, or by its place."""
-    kind, name = KINDS[target], stated.title.casefold()
+    kind = KINDS[target]
+    name = stated.title.casefold()
     titles = enumerate(layout.titles)
     numbers = [number for number, title in titles if title == source]
     if not numbers:
@@ -215,7 +217,8 @@ def _clock(layout: "Layout", number: int) -> FileColumn | None:
 
     Return None if it is none of these.
     """
-    title, first = layout.titles[number], layout.first_value(number)
+    title = layout.titles[number]
+    first = layout.first_value(number)
     if is_clock(first):
         dates = None if is_dated(first) else _dates_beside(layout)
         of = "" if dates is None else f" with the dates in {layout.titles[dates]}"
@@ -260,7 +263,8 @@ def _units_in_file(layout: "Layout", number: int, kind: Kind) -> list[str]:
 
 def _unit_of(layout: "Layout", number: int, target: str, stated: Stated) -> NamedUnit:
     """Find the unit of a column; the option and the file must not contradict each other."""
-    kind, title = KINDS[target], layout.titles[number]
+    kind = KINDS[target]
+    title = layout.titles[number]
     texts = _units_in_file(layout, number, kind)
     units = [unit for unit in (unit_named(text, kind) for text in texts) if unit]
     option = f'--column "{target}={stated.title} [{kind.si}]"'

@@ -136,7 +136,8 @@ def grid_of_text(text: str, name: str) -> Grid:
     if not blocks:
         raise RecordingError(no_table(name))
     separator = max(blocks, key=lambda separator: blocks[separator].share)
-    first, width = blocks[separator].first, len(blocks[separator].columns)
+    first = blocks[separator].first
+    width = len(blocks[separator].columns)
     lines, sign = _separated(lines, separator)
     under = lines.loc[first:]
     rows = under[~marked[under.index]]

@@ -164,7 +164,8 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
 def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileColumn]:
     """Find the columns of a recording; all errors are reported together."""
     columns: dict[str, FileColumn] = {}
-    errors, unknown = [], False
+    errors = []
+    unknown = False
     for target in [kind for kind in KINDS if kind not in settings.made]:
         source = settings.column.get(target, target)
         try:

@@ -85,13 +85,15 @@ def layout_of_grid(
 ) -> Layout:
     """Find titles, units and signs of a table of texts."""
     head = head_of(grid, name, title_line, unit_line)
-    cells, samples = grid.cells, grid.samples
+    cells = grid.cells
+    samples = grid.samples
     numbering: tuple[str, ...] = ()
     if len(cells) > 1 and is_numbering(
         *([cell.strip() for cell in cells.iloc[row]] for row in (0, 1))
     ):
         numbering = left_out(cells.index[:1], "numbers of the columns")
-        cells, samples = cells.iloc[1:], samples[1:] - samples[1]
+        cells = cells.iloc[1:]
+        samples = samples[1:] - samples[1]
     signs = signs_of(cells, name, decimal)
     size = f"{counted(len(cells), 'row')} from line {cells.index[0]} on"
     return Layout(

@@ -377,7 +377,8 @@ def _lvm(data: bytes, name: str) -> Tables:
 
 def _segment(segment: Mapping[str, Any], file: Mapping[str, Any]) -> list[Named]:
     """Columns of a segment; without a column of times they are computed from its step."""
-    titles, values = segment["Channel names"], segment["data"]
+    titles = segment["Channel names"]
+    values = segment["data"]
     filled = len(titles) - (titles[-1] == "Comment")
     with_time = file.get("X_Columns", "One") != "No"
     units = [unit.strip() for unit in segment.get("Y_Unit_Label", [])]

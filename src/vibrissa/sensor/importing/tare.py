@@ -252,7 +252,9 @@ def unloaded(values: Values, begin: int) -> int:
         return 0
     clamp = values.get("footpoint", np.zeros(len(values[channel])))
     rows = np.flatnonzero(np.isfinite(values[channel] + clamp))
-    readings, begin, end = values[channel][rows], int(np.searchsorted(rows, begin)), len(rows)
+    readings = values[channel][rows]
+    begin = int(np.searchsorted(rows, begin))
+    end = len(rows)
     if "footpoint" in values:
         scan = moving(clamp[rows])
         begin, end = min(begin, scan.start), scan.stop
