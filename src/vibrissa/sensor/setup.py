@@ -113,9 +113,10 @@ class Setup(Keyed):
     @field_validator("noise")
     @classmethod
     def _check_noise(cls, noise: str | None) -> str | None:
-        sizes = (1.0,) if noise is None else SI_UNITS.read_channels(noise, "noise")
-        if min(sizes) < 0.0 or not any(sizes):
-            raise ArgumentError(f"noise must be at least 0, and not all 0, got {noise!r}")
+        if noise is not None:
+            sizes = SI_UNITS.read_channels(noise, "noise")
+            if min(sizes) < 0.0 or not any(sizes):
+                raise ArgumentError(f"noise must be at least 0, and not all 0, got {noise!r}")
         return noise
 
     @field_validator(TOLERANCES)

@@ -72,12 +72,18 @@ def _read_patches(text: str, units: Units) -> Surface:
 
 
 def _read_profile(path: Path, units: Units) -> Surface:
-    table = series.read(path, ["x", "mu0"])
-    missing = np.isnan(table.columns["x"] + table.columns["mu0"])
-    if missing.any():
-        raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or mu0 is missing")
+    table = _read_along(path, "mu0")
     factor = units.column_factor(table.units.get("x", "L"), Kind.LENGTH, f"{path}: x")
     return profile(table.columns["x"] * factor, table.columns["mu0"])
+
+
+def _read_along(path: Path, name: str) -> series.Table:
+    """Read a table with the columns ``x`` and `name`, in which no value is missing."""
+    table = series.read(path, ["x", name])
+    missing = np.isnan(table.columns["x"] + table.columns[name])
+    if missing.any():
+        raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or {name} is missing")
+    return table
 
 
 def _read_texture(text: str, seed: int, units: Units) -> Surface:
@@ -179,10 +185,7 @@ def _read_measured(
         return measured._replace(x=measured.x / length, height=measured.height / length)
     if row is not None or cutoff is not None:
         raise ArgumentError(f"{path.name} is a table: row and cutoff are for profilometers' files")
-    table = series.read(path, ["x", "height"])
-    missing = np.isnan(table.columns["x"] + table.columns["height"])
-    if missing.any():
-        raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or height is missing")
+    table = _read_along(path, "height")
     x, height = (
         table.columns[name]
         * units.column_factor(table.units.get(name, "L"), Kind.LENGTH, f"{path}: {name}")

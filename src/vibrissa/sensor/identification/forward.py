@@ -222,48 +222,49 @@ class ForwardModel:
 
     def scaled(self, loads: FloatArray) -> FloatArray:
         """Return the readings of a transducer whose zeros are right: a linear function of loads."""
-        shown = loads.copy()
-        for parameter, size in zip(self.task.parameters, self.p, strict=True):
-            if parameter.effect is not None and size and not parameter.of_zero:
-                shown += size * parameter.effect(loads, *self.task.rows)
-        return shown
+        return self._shown(loads, of_zero=False)
 
     @cached_property
     def zeros(self) -> FloatArray:
         """Zeros of the channels in n blocks of samples, shape (n, 3)."""
-        zeros = np.zeros((len(self.task.blocks), len(CHANNELS)))
+        return self._shown(np.zeros((len(self.task.blocks), len(CHANNELS))), of_zero=True)
+
+    def _shown(self, loads: FloatArray, of_zero: bool) -> FloatArray:
+        """Add to loads the effects of all parameters of zeros, or of all others."""
+        shown = loads
         for parameter, size in zip(self.task.parameters, self.p, strict=True):
-            if parameter.effect is not None and size and parameter.of_zero:
-                zeros = zeros + size * parameter.effect(zeros, *self.task.rows)
-        return zeros
+            if parameter.effect is not None and size and parameter.of_zero is of_zero:
+                shown = shown + size * parameter.effect(loads, *self.task.rows)
+        return shown
 
     def changes(self, u: FloatArray) -> Changes:
         """Differentiate readings and friction with respect to each parameter, at constant `u`."""
         parameters = self.task.parameters
-        loads = self.loads(*self.states(u))
-        friction = self.friction(u)[:, 1]
-        readings = np.zeros((len(parameters), *loads.shape))
-        frictions = np.zeros((len(parameters), len(u)))
-        steps = {one.name: one.step for one in parameters}
+        steps = {parameter.name: parameter.step for parameter in parameters}
         sets = dict(zip(steps, self.p + np.diag([*steps.values()]), strict=True))
+        # The rod is solved anew where its own properties change, and only moved elsewhere.
         of_rod = [sets[name] for name in OF_ROD]
         solved = forward_models(self.task, self.given, *of_rod, keep=not self.p.any())
         near = {
-            one.name: replace(self, p=sets[one.name]) for one in parameters if one.effect is None
+            parameter.name: replace(self, p=sets[parameter.name])
+            for parameter in parameters
+            if parameter.effect is None
         } | dict(zip(OF_ROD, solved, strict=True))
-        of_loads = derivatives(
-            loads, {name: model.loads(*model.states(u)) for name, model in near.items()}, steps
-        )
-        of_friction = derivatives(
-            friction, {name: model.friction(u)[:, 1] for name, model in near.items()}, steps
-        )
-        for k, one in enumerate(parameters):
-            if one.effect is None:
-                readings[k] = self.scaled(of_loads[one.name])
-                frictions[k] = of_friction[one.name]
-            else:
-                readings[k] = one.effect(loads, *self.task.rows)
-        return Changes(readings=readings, friction=frictions)
+        loads = self.loads(*self.states(u))
+        near_loads = {name: model.loads(*model.states(u)) for name, model in near.items()}
+        near_friction = {name: model.friction(u)[:, 1] for name, model in near.items()}
+        of_loads = derivatives(loads, near_loads, steps)
+        of_friction = derivatives(self.friction(u)[:, 1], near_friction, steps)
+        readings = [
+            self.scaled(of_loads[parameter.name])
+            if parameter.effect is None
+            else parameter.effect(loads, *self.task.rows)
+            for parameter in parameters
+        ]
+        # A parameter of the transducer does not change the friction under the tip.
+        none = np.zeros(len(u))
+        friction = [of_friction.get(parameter.name, none) for parameter in parameters]
+        return Changes(readings=np.stack(readings), friction=np.stack(friction))
 
 
 def _without_lock(branch: Response) -> FloatArray:

@@ -7,6 +7,7 @@ difference is the surprise of the parameter.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc, ndtri
@@ -184,25 +185,65 @@ class Cause:
         return f"{self.parameter.name} {way} by {by} (explains {self.explained:.0%} of the misfit)"
 
 
-def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
-    """Find quantities whose given values may be wrong, the likeliest first.
+class _EachAlone(NamedTuple):
+    """Each of k parameters, estimated as if it alone had an infinite tolerance, to first order.
 
-    Each quantity is estimated, to first order, as if it alone had an infinite tolerance. An exact
-    quantity is fitted together with the contact points and, if the fit has converged, with the
-    quantities that are not exact.
+    Attributes
+    ----------
+    size, deviation : ndarray, shape (k,)
+        Excess of the parameter over its given value, and its standard deviation.
+    fall : ndarray, shape (k,)
+        Fall of the minimised sum; 0 for a parameter that is not named as a cause.
+    """
+
+    size: FloatArray
+    deviation: FloatArray
+    fall: FloatArray
+
+
+def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
+    """Find quantities whose given values may be wrong, the likeliest first."""
+    parameters = fitted.task.parameters
+    degrees = fitted.degrees + fitted.unevenness.number
+    excess = float((fitted.fit.scores**2).sum()) if fits else fitted.misfit - degrees
+    if excess <= 0.0:
+        return ()  # nothing to explain
+    size, deviation, fall = _each_alone(fitted)
+    # A cause outside the bounds of its parameter, such as an angle of 300°, is none.
+    possible = [
+        parameter.low <= excess_of <= parameter.high
+        for parameter, excess_of in zip(parameters, size.tolist(), strict=True)
+    ]
+    explained = np.where(possible, np.minimum(fall / excess, 1.0), 0.0)
+    likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -fall[k])
+    # Readings that fit badly for other reasons, too, make each size less certain.
+    scatter = np.sqrt(max(fitted.misfit / max(degrees, 1), 1.0))
+    return tuple(
+        Cause(
+            parameter=parameters[k],
+            size=float(size[k]),
+            deviation=float(scatter * deviation[k]),
+            explained=float(explained[k]),
+        )
+        for k in likely[:SOUGHT]
+    )
+
+
+def _each_alone(fitted: FittedSetUp) -> _EachAlone:
+    """Estimate each parameter alone.
+
+    An exact one is fitted together with the contact points and, if the fit has converged, with
+    those that are not exact.
     """
     fit = fitted.fit
     line = fitted.line
     task = fitted.task
-    free = task.free
-    settled = fitted.adjusted
     changes = line.changes[:, fit.rows]
-    miss = fitted.misses[fit.rows]
-    along = (changes * miss).sum(axis=(1, 2))
+    along = (changes * fitted.misses[fit.rows]).sum(axis=(1, 2))
     known = (changes**2).sum(axis=(1, 2))
-    if settled:
+    if fitted.adjusted:
         shared = line.jacobian @ changes.reshape(len(changes), -1).T
-        known -= (shared * (fitted.remaining @ shared)).sum(axis=0)
+        known = known - (shared * (fitted.remaining @ shared)).sum(axis=0)
     named = (known > LEAST_WEIGHT) & [
         parameter.of not in NOT_NAMED for parameter in task.parameters
     ]
@@ -210,31 +251,12 @@ def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
     size = along / known
     deviation = 1.0 / np.sqrt(known)
     fall = size * along
-    if settled:
+    if fitted.adjusted:
+        # Of a fitted parameter the fit itself says how far it would go: see this module.
+        free = task.free
         left = np.diag(fitted.remaining)
         part = np.where(1.0 - left > LITTLE, 1.0 - left, np.inf)
         size[free] = fit.p[free] / part
         deviation[free] = task.sigma[free] * np.sqrt(left / part)
         fall[free] = named[free] * fit.scores**2 / part
-    degrees = fitted.degrees + fitted.unevenness.number
-    excess = float((fit.scores**2).sum()) if fits else fitted.misfit - degrees
-    if excess <= 0.0:
-        return ()  # nothing to explain
-    explained = np.minimum(fall / excess, 1.0)
-    off = max(fitted.misfit / max(degrees, 1), 1.0)
-    # A cause outside the bounds of its parameter, such as an angle of 300°, is none.
-    possible = [
-        parameter.low <= part <= parameter.high
-        for parameter, part in zip(task.parameters, size.tolist(), strict=True)
-    ]
-    explained = np.where(possible, explained, 0.0)
-    likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -fall[k])
-    return tuple(
-        Cause(
-            parameter=task.parameters[k],
-            size=float(size[k]),
-            deviation=float(np.sqrt(off) * deviation[k]),
-            explained=float(explained[k]),
-        )
-        for k in likely[:SOUGHT]
-    )
+    return _EachAlone(size=size, deviation=deviation, fall=fall)

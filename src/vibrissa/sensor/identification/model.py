@@ -52,8 +52,8 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
     _check_states(start, table)
     fitted = fit_set_up(start)
     goodness = Goodness.of(fitted)
-    free = [parameter for parameter in task.parameters if parameter.deviation > 0.0]
-    estimates = estimates_of(free, fitted.fit.p[task.free], fitted.covariance)
+    fitted_parameters = [task.parameters[k] for k in np.flatnonzero(task.free)]
+    estimates = estimates_of(fitted_parameters, fitted.fit.p[task.free], fitted.covariance)
     doubted = not (goodness.fits and fitted.settled) or any(estimate.far for estimate in estimates)
     periods = read_periods(fitted)
     channels = tuple(CHANNELS[number] for number in task.used)
@@ -72,11 +72,9 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
     )
     if not (goodness.fits or periods.coarse):
         identification = identification.noted(*task.noisier())
-    return (
-        identification.doubted(unfitted(identification, fitted.settled))
-        if doubted
-        else identification
-    )
+    if doubted:
+        return identification.doubted(unfitted(identification, fitted.settled))
+    return identification
 
 
 def _causes(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:

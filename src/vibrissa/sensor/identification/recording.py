@@ -38,7 +38,6 @@ TURN = 6.0
 # A row belongs to the rows without load up to this many median deviations from their median.
 TOUCHES = 7.0
 
-
 # Numbers of the two forces, and of the moment.
 FORCES, MOMENT = [0, 1], 2
 # A channel that is missing or saturated in more than this part of the rows is not used if the
@@ -156,16 +155,20 @@ def read_recording(
     """
     interval = _interval(table)
     clamp = _nondimensional(table, "footpoint", Kind.LENGTH, units)
-    readings = np.full((len(clamp), len(CHANNELS)), np.nan)
-    for channel, kind, column in zip(CHANNELS, CHANNEL_KINDS, readings.T, strict=True):
-        if channel in table.columns:
-            column[:] = _nondimensional(table, channel, kind, units)
-    saturated = np.zeros(readings.shape, dtype=bool)
+    absent = np.full(len(clamp), np.nan)
+    readings = np.column_stack(
+        [
+            _nondimensional(table, channel, kind, units) if channel in table.columns else absent
+            for channel, kind in zip(CHANNELS, CHANNEL_KINDS, strict=True)
+        ]
+    )
     zeros, offsets = _zeros(table)
-    if transducer is not None:
+    if transducer is None:
+        saturated = np.zeros(readings.shape, dtype=bool)
+    else:
         saturated = transducer.saturated(readings * units.channels + offsets)
     used, notes = _used(np.isnan(readings) | saturated, table, method)
-    readings[:, [i for i in range(len(CHANNELS)) if i not in used]] = np.nan
+    readings = np.where(np.isin(range(len(CHANNELS)), used), readings, np.nan)
     missing = np.isnan(clamp) | np.isnan(readings[:, used]).any(axis=1)
     at_limit = saturated[:, used].any(axis=1) & ~missing
     recording = Recording(

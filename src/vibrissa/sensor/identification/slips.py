@@ -259,12 +259,10 @@ def _saw_teeth(falls: FloatArray) -> bool:
     slips, rises = falls[falls > 0.0], falls[falls < 0.0]
     if not min(len(slips), len(rises)) or len(slips) < TEETH * len(falls):
         return False
-    kinds = [(np.median(one), np.median(np.abs(one - np.median(one)))) for one in (slips, rises)]
-    (slip, of_slips), (rise, of_rises) = kinds
+    slip, rise = np.median(slips), np.median(rises)
+    spreads = [np.median(np.abs(slips - slip)), np.median(np.abs(rises - rise))]
     # Noise below the resolution has few values, too: most of them are equal.
-    return bool(LEAST_RISE < min(of_slips, of_rises)) and bool(
-        max(of_slips, of_rises) < DISTINCT * (slip - rise)
-    )
+    return bool(LEAST_RISE < min(spreads) and max(spreads) < DISTINCT * (slip - rise))
 
 
 def usual_step(clamp: FloatArray) -> float:
@@ -374,10 +372,12 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     """
     readings = recording.readings / noise
     way = recording.direction
-    both = np.isfinite(noise[FORCES]).all()
-    moment = np.isfinite(noise[MOMENT])
-    # The moment shows the load with the other sign, and mostly with less noise.
-    loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
+    loads: list[FloatArray] = []
+    if np.isfinite(noise[FORCES]).all():
+        loads.append(readings[:, 0])
+    if np.isfinite(noise[MOMENT]):
+        # The moment shows the load with the other sign, and mostly with less noise.
+        loads.append(-readings[:, MOMENT])
     # The weight of each channel is its rise relative to its noise.
     changes = [-np.diff(load) * way for load in loads]
     rises = np.maximum([_usual(change) for change in changes], LEAST_RISE)

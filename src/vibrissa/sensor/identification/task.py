@@ -99,12 +99,11 @@ class Task:
     @property
     def untared(self) -> bool:
         """Whether the zeros of the forces are unknown."""
-        zeros = [
-            parameter
+        unstated = [
+            parameter.of in ZEROS[:2] and parameter.deviation > 0.0 and not parameter.stated
             for parameter in self.parameters
-            if parameter.of in ZEROS[:2] and parameter.deviation > 0.0
         ]
-        return not (self.recording.air_rows or all(zero.stated for zero in zeros))
+        return any(unstated) and not self.recording.air_rows
 
     def noisier(self) -> Iterator[str]:
         """Write a note on each channel whose readings scatter more than its stated noise allows."""

@@ -185,7 +185,7 @@ def _excel(data: bytes, name: str, settings: "Settings") -> Layout:
         rows = {line: [_text_of(cell) for cell in row] for line, row in enumerate(cells, 1)}
         if grid := grid_of_rows(rows, f"sheet {sheet}"):
             grids[sheet] = grid
-    summaries = {sheet: f"{counted(len(grid.cells), 'row')}" for sheet, grid in grids.items()}
+    summaries = {sheet: counted(len(grid.cells), "row") for sheet, grid in grids.items()}
     chosen = _chosen(summaries, name, settings.table)
     typed = any(isinstance(cell, float) for row in sheets[chosen] for cell in row)
     decimal = "." if typed else settings.decimal
