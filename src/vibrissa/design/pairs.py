@@ -185,23 +185,23 @@ def survey(
 def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sensitivity:
     """Compute the sensitivity of readings and friction in k periods that end at x0 = `end` (L)."""
     x0 = end[:, None] * NODES
-    y = response(x0)
+    at_nodes = response(x0)
     slope = response.slope(x0)
-    eta = response.curve.eta
     steps, curves = _neighbours(response.curve, contact)
-    of_rod = derivatives(y, {name: _loads(curve, x0) for name, curve in curves.items()}, steps)
+    near = {name: _loads(curve, x0) for name, curve in curves.items()}
+    of_rod = derivatives(at_nodes, near, steps)
     x1_init = {name: np.array(curve.x1_init) for name, curve in curves.items()}
     x1_slope = derivatives(response.x1_init, x1_init, steps)["eta"]
     # Axes: friction, period, node, channel.
     part = (STARTS[:, None, None] + NODES[:, None]) / PERIODS
     way = PERIODS * part * end[:, None, None, None]
     before = ((x0 - end[:, None])[..., None] * slope)[:, None]
-    loads = y[:, None]
+    loads = at_nodes[:, None]
     changes = {name: change[:, None] for name, change in of_rod.items()}
     changes |= {
         "stage_angle": -way * changes["eta"] - x1_slope * before,
         "stage_scale": before,
-        "length": -eta * changes["eta"] - before - loads * np.array([2.0, 2.0, 1.0]),
+        "length": -response.curve.eta * changes["eta"] - before - loads * np.array([2.0, 2.0, 1.0]),
     }
     for parameter in PARAMETERS:
         if parameter.effect is not None:

@@ -7,7 +7,6 @@ variances of both values of μ0 (Hausman). The mean change over the periods is a
 The scatter of the changes beyond noise is an error of each period (DerSimonian and Laird).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -257,8 +256,10 @@ def read_ratio(task: Task) -> Identification:
         if parameter.of in BEARING and parameter.deviation > 0.0
     ]
     # The error due to the degree of the polynomials is common to all periods, too.
-    effects = _effects(task, onsets.along[:, 1], parameters)
-    effects = np.column_stack([effects, np.ones(len(effects))])
+    mu0 = onsets.along[:, 1]
+    effects = np.column_stack(
+        [*(_effect(task, mu0, parameter) for parameter in parameters), np.ones(len(mu0))]
+    )
     covariance = np.diag([*(parameter.deviation**2 for parameter in parameters), onsets.shared**2])
     common = common_deviation(effects, covariance)
     periods = periods_of(task, onsets.along, own, common, effects)
@@ -280,19 +281,15 @@ def read_ratio(task: Task) -> Identification:
     )
 
 
-def _effects(task: Task, mu0: FloatArray, parameters: Sequence[Parameter]) -> FloatArray:
-    """Change of the friction per unit of each parameter, shape (p, k): −(δfx − (fx/fy)·δfy)/fy."""
+def _effect(task: Task, mu0: FloatArray, parameter: Parameter) -> FloatArray:
+    """Change of the friction per unit of a parameter, shape (p,): −(δfx − (fx/fy)·δfy)/fy."""
     ends = task.spans.ends
-    last = task.last
-    sign = task.ends.sign
+    if parameter.effect is None:
+        return np.zeros(len(ends))
     # A moment that was not recorded is taken as 1, the full scale to which crosstalk refers.
     loads = np.nan_to_num(task.recording.readings[ends], nan=1.0)
-    found = np.zeros((len(ends), len(parameters)))
-    for column, one in zip(found.T, parameters, strict=True):
-        if one.effect is not None:
-            fx, fy, _ = one.effect(loads, ends[:, None] / last, last).T
-            column[:] = -(sign * fx - mu0 * fy) / loads[:, 1]
-    return np.nan_to_num(found)
+    fx, fy, _ = parameter.effect(loads, ends[:, None] / task.last, task.last).T
+    return np.nan_to_num(-(task.ends.sign * fx - mu0 * fy) / loads[:, 1])
 
 
 def check_forces(forces: FloatArray, noise: FloatArray) -> None:
