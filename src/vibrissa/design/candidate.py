@@ -36,9 +36,10 @@ GRAVITY = 9.80665
 # Least fall of the load in the slip after the shortest period, in units of the fall that `identify`
 # takes for a slip. One slip in 400 is missed then, and one in two if the factor were 1.
 CLEARLY = 1.5
-# Least ratio of mu_lock to the largest friction coefficient. Largest ratio of the weight to the
-# normal force, as the model has no gravity.
-LOCK_FACTOR, WEIGHT = 1.1, 0.1
+# Least ratio of mu_lock to the largest friction coefficient.
+LOCK_FACTOR = 1.1
+# Largest ratio of the weight to the normal force, as the model has no gravity.
+WEIGHT = 0.1
 # Least ratio of the displacement at which more than the tip touches to the longest period: a
 # natural curvature within its default tolerance, 0.02/L, lowers that displacement by up to 9 %.
 BEFORE_TOUCH = 1.1

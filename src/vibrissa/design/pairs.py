@@ -39,9 +39,10 @@ from vibrissa.sticking.solving.collocation import solve_curves
 
 # Places in a period, as parts of its length, at which the largest reactions are sought.
 PLACES = np.linspace(0.0, 1.0, 129)
-# Number of periods in the recording to which the set-up is fitted, and number of rows in each
-# period, on which only the effect of creep depends.
-PERIODS, ROWS = 30, 100
+# Number of periods in the recording to which the set-up is fitted.
+PERIODS = 30
+# Number of rows in each period; only the effect of creep depends on it.
+ROWS = 100
 # Quadrature over the periods (STARTS, PART_WEIGHTS), and over the displacement in one period, as
 # parts of its length (NODES, NODE_WEIGHTS). The last node is the onset, where friction is read.
 STARTS = PERIODS * (np.polynomial.legendre.leggauss(6)[0] + 1.0) / 2.0

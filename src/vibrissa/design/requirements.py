@@ -90,7 +90,8 @@ def _default(name: str, low: float, high: float) -> Choice:
 
 HEIGHTS = _between(0.5, 0.98)
 TAPERS = _default("theta", 1.0, 10.0)
-DIAMETERS, LENGTHS = _default("diameter", 1e-4, 0.01), _default("length", 0.02, 0.2)
+DIAMETERS = _default("diameter", 1e-4, 0.01)
+LENGTHS = _default("length", 0.02, 0.2)
 # Number of values of μ0 in its range at which the uncertainty is computed.
 FRICTIONS = 5
 # Quantities that the design chooses.

@@ -17,8 +17,10 @@ from vibrissa.sensor.tolerances import told
 ROUNDING = 1e-9
 # Constraints are active from this use on: sizes come in steps, so that few rods reach a bound.
 USED_UP = 0.9
-# A tolerance is printed if halving it lowers the uncertainty by this part; largest number printed.
-BRINGS, MOST_PARTS = 0.01, 4
+# A tolerance is printed if halving it lowers the uncertainty by this part.
+BRINGS = 0.01
+# Largest number of tolerances that are printed.
+MOST_PARTS = 4
 
 
 class DesignStatus(StrEnum):

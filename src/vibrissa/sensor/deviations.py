@@ -30,8 +30,10 @@ from vibrissa.sensor.transducer import Transducer
 from vibrissa.sensor.whisker import Whisker
 
 TIP_RADIUS = "tip_radius"
-# Number of waves that make a random slope, and of points in its correlation length.
-WAVES, POINTS = 40, 32
+# Number of waves that make a random slope.
+WAVES = 40
+# Number of points of the surface in the correlation length of its slope.
+POINTS = 32
 # Length of the surface before the clamp's first position and beyond its last one (L): the tip is
 # not further away than the length of a rod.
 BEYOND = 1.0

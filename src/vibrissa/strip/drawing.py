@@ -16,8 +16,10 @@ from vibrissa.sensor.transducer import CHANNELS
 
 # Largest number of points of a line; of a longer recording, extremes of equal parts are drawn.
 MOST_POINTS = 4000
-# Heights of a panel of loads, of residuals and of friction (inch).
-LOADS, RESIDUALS, FRICTION = 1.15, 1.0, 2.1
+# Heights of the panels (inch).
+LOADS = 1.15
+RESIDUALS = 1.0
+FRICTION = 2.1
 # Symbols of the channels, and their looks as lines and as points.
 SYMBOLS = {"force_x": r"$F_x$", "force_y": r"$F_y$", "moment_z": r"$M_z$"}
 LINES: dict[str, style.Look] = {

@@ -15,11 +15,14 @@ from vibrissa.sensor.transducer import CHANNELS
 FACTORS = np.geomspace(1.0, 3000.0, 61)
 # Number of blocks with which a factor is tried.
 TRIED = 200
-# Largest misfit, as a part of the readings, with which loads fit the rod after a correction. The
-# correction must also make the misfit this many times smaller.
-FITS, LESS = 0.03, 5.0
-# Largest difference of a factor from 1, and from a known factor, as logarithms.
-SAME, KNOWN = 0.15, 0.08
+# Largest misfit, as a part of the readings, with which loads fit the rod after a correction.
+FITS = 0.03
+# The correction must also make the misfit this many times smaller.
+LESS = 5.0
+# Largest logarithm of a factor that is taken as 1.
+SAME = 0.15
+# Largest difference of the logarithms of a factor and of a known factor that it may be.
+KNOWN = 0.08
 # Groups of channels that may have one wrong unit or gain.
 ALL = "all loads"
 GROUPS = {

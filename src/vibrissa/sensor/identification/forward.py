@@ -42,12 +42,17 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
-# Width of the widest part of the range of heights, and margin at the ends of the range, both as
-# parts of the gap 1 − η between the surface and an upright rod. Number of heights in each part.
-WIDE, ROOM, FEW = 0.3, 0.03, 4
-# Width of a narrow range, as a part of the gap, and number of heights in it: loads that are
-# interpolated in it have errors below 1e-5 of their size, which neighbouring set-ups share.
-NARROW, FEWEST = 0.1, 3
+# The range of heights is cut into parts. WIDE is the width of the widest part, and ROOM the margin
+# at the ends of the range, as parts of the gap 1 − η between the surface and an upright rod.
+WIDE = 0.3
+ROOM = 0.03
+# Number of heights in each part.
+FEW = 4
+# Width of a narrow range, which is not cut, as a part of the gap.
+NARROW = 0.1
+# Number of heights in a narrow range: loads that are interpolated in it have errors below 1e-5 of
+# their size, which neighbouring set-ups share.
+FEWEST = 3
 # Number of stated set-ups, and of their changes by single parameters, whose responses are kept for
 # other recordings, a few megabytes each.
 KEPT = 8

@@ -35,8 +35,10 @@ LEVEL = 1e-3
 # Degrees of freedom per reading, for noise that is estimated from second differences: neighbours
 # are correlated by −2/3, the next ones by 1/6. Differences of pairs at rest have as many.
 PER_READING = 18.0 / 35.0
-# Largest number of causes that are named, and least part of the misfit that each must explain.
-SOUGHT, EXPLAINS = 3, 0.1
+# Largest number of causes that are named.
+SOUGHT = 3
+# Least part of the misfit that a cause must explain.
+EXPLAINS = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,8 +26,10 @@ REST = 2.0
 FEWEST = 8
 # Least part of successive values that are equal, or differ by more than a step.
 OFTEN = 0.1
-# Part of a step, and of the range of the values, that is rounding.
-OF_STEP, OF_RANGE = 1e-2, 1e-12
+# Part of a step that is rounding.
+OF_STEP = 1e-2
+# Part of the range of the values that is rounding.
+OF_RANGE = 1e-12
 # Largest part of the values that are distinct if each step occurs again and again.
 MOST_DISTINCT = 0.5
 

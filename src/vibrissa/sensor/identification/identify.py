@@ -125,7 +125,7 @@ def identify_by(
     for method in methods:
         try:
             problem = _problem(setup, recording, method, None, None)
-            both = next((one for task, one in known if _alike(task, problem.task)), None)
+            both = next((by_both for task, by_both in known if _alike(task, problem.task)), None)
             if both is None and problem.whisker is not None:
                 both = _by_both(problem.task, problem.whisker)
                 known.append((problem.task, both))

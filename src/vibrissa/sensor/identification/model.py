@@ -29,10 +29,12 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
-# A sample is no state of the rod if its residual exceeds the part MOST_MISFIT of its readings, and
-# the noise. If more than the part MOST_OFF of the samples are no states, and the residuals exceed
-# TOLERATED standard deviations of what the tolerances allow, the recording is refused.
-MOST_MISFIT, MOST_OFF, TOLERATED = 0.1, 0.2, 4.0
+# A sample is no state of the rod if its residual exceeds this part of its readings, and the noise.
+MOST_MISFIT = 0.1
+# A recording is refused if more than this part of its samples are no states of the rod, and their
+# residuals exceed this many standard deviations of what the tolerances allow.
+MOST_OFF = 0.2
+TOLERATED = 4.0
 # Number of standard deviations by which a contact must move forward in a slip.
 CERTAIN = 6.0
 

@@ -18,7 +18,8 @@ from vibrissa.sensor.whisker import Whisker
 OF_ROD = ("theta", "clamp_angle", "clamp_compliance", "curvature", "stiffening")
 # Parameters of the mounting.
 OF_MOUNTING = (*OF_ROD[1:], "stage_angle")
-CREEP, SLOPE = "creep", "surface_slope"
+CREEP = "creep"
+SLOPE = "surface_slope"
 # Quantities that change the measured ratio of the forces. An inclination of the surface against the
 # transducer has the same effect as a turn of the transducer.
 BEARING = (
@@ -34,15 +35,20 @@ BEARING = (
 REFUTE_RATIO = (*BEARING, "stage_angle", SLOPE)
 # Numbers of the channels without which a parameter has no effect on the recording.
 NEEDS = {"moment_origin_x": 2, "moment_origin_y": 2}
-# Steps of difference quotients: in units of the parameter; for the height as a part of the gap
-# between the surface and an upright rod.
-STEP, STEP_IN_GAP = 1e-4, 1e-3
-# Largest angle (rad), curvature (1/L) and radius of the tip (L), and least part of a given size or
-# scale, that is tried for a set-up.
-MOST_ANGLE, MOST_CURVED, LEAST_SCALE, ROUNDEST = 0.25 * np.pi, 5.0, 0.1, 0.02
-# Largest part of the modulus that is taken away, and of the tip that is bored; places along the rod
-# (L) at which the modulus is compared.
-LEAST_WALL, PLACES = 0.95, np.linspace(0.01, 1.0, 100)
+# Step of a difference quotient, in units of the parameter.
+STEP = 1e-4
+# Step for the height, as a part of the gap between the surface and an upright rod.
+STEP_IN_GAP = 1e-3
+# Largest values that are tried for a set-up: angle (rad), curvature (1/L), radius of the tip (L).
+MOST_ANGLE = 0.25 * np.pi
+MOST_CURVED = 5.0
+ROUNDEST = 0.02
+# Least part of a given size or scale that is tried.
+LEAST_SCALE = 0.1
+# Largest part of the modulus that is taken away, and of the tip that is bored.
+LEAST_WALL = 0.95
+# Places along the rod at which the modulus is compared (L).
+PLACES = np.linspace(0.01, 1.0, 100)
 # Number of half waves of a drift. All further half waves have 0.11 of the line's deviation.
 WAVES = 8
 # Matrices that, times the loads, are the change of the readings per unit of a parameter: E, d0⁴,

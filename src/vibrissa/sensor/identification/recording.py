@@ -38,8 +38,9 @@ TURN = 6.0
 # A row belongs to the rows without load up to this many median deviations from their median.
 TOUCHES = 7.0
 
-# Numbers of the two forces, and of the moment.
-FORCES, MOMENT = [0, 1], 2
+# Numbers of the channels of the two forces, and of the moment.
+FORCES = [0, 1]
+MOMENT = 2
 # A channel that is missing or saturated in more than this part of the rows is not used if the
 # other channels suffice.
 MOST_MISSING = 0.1

@@ -23,8 +23,10 @@ from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
 from vibrissa.wording import counted
 
-# Numbers of standard deviations above which the means, and the frictions of one period, disagree.
-MEANS, ONE = 4.0, 6.0
+# Number of standard deviations above which the means disagree.
+MEANS = 4.0
+# The same for the frictions of one period.
+ONE = 6.0
 # Least number of periods whose means are compared.
 FEWEST = 3
 

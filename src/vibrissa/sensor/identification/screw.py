@@ -17,10 +17,14 @@ from vibrissa.sensor.identification.fit import LEAST_WEIGHT, Fit
 from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.goodness import LEVEL, Cause
 
-# Least number of blocks of samples in a pitch, and of pitches in the scan.
-FINEST, FEWEST = 4.0, 4.0
-# Waves that are tried for each additional wave in the scan, and the largest number of them.
-FINER, MOST_TRIED = 4, 4000
+# Least number of blocks of samples in a pitch.
+FINEST = 4.0
+# Least number of pitches in the scan.
+FEWEST = 4.0
+# Waves that are tried for each additional wave in the scan.
+FINER = 4
+# Largest number of waves that are tried.
+MOST_TRIED = 4000
 # Least part of the misfit that the error must explain: slow waves explain a part of any misfit.
 EXPLAINS = 0.5
 

@@ -20,8 +20,12 @@ from vibrissa.sensor.identification.linearisation import Linearisation
 
 # Number of Gauss-Newton steps by which u is fitted, from its first-order change.
 CONTACT_STEPS = 2
-# Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
-SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
+# Relative fall of the sum at which the fit ends.
+SETTLED = 1e-5
+# Largest number of steps.
+MOST_STEPS = 20
+# Number of lengths that are tried for a step, each half of the one before.
+HALVINGS = 6
 # Change of χ² that tells nothing: readings without noise fit to rounding.
 NOTHING = 1e-10
 # If less than this part of the periods does not fit, these are left out of the fit.

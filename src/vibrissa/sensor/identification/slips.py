@@ -26,23 +26,27 @@ STEP_FALL = 5.0
 FALLING = np.array([1.0, np.nan, -1.0])
 # Distance of a spike from the mean of its neighbours, in standard deviations.
 SPIKE = 8.0
-# Length of a step, in usual steps, above which it is long, and above which samples were lost.
-LONG, LOST = 1.5, 10.0
+# Length of a step, in usual steps, above which it is long.
+LONG = 1.5
+# Length of a step, in usual steps, above which samples were lost.
+LOST = 10.0
 # If the tip sticks over a long step, the load rises by more than this part of the usual rise over
 # such a distance; if the tip slips, it rises by less.
 STICKS_ON = 0.5
 # After a slip fx has its old sign, or the other sign with a small value. If fx has the other sign
 # and more than the part TURNED of its size, and fy the part PRESSED, the rod has buckled laterally.
-TURNED, PRESSED = 0.7, 0.85
+TURNED = 0.7
+PRESSED = 0.85
 # Part of a step that is rounding, not noise of the positions.
 EVEN = 1e-3
 # Largest number of rows between two periods that may belong to a single slip.
 MOST_BETWEEN = 10
 # Least rise of the load, in standard deviations, by which a channel is weighted.
 LEAST_RISE = 1e-9
-# Least part of the samples in which the load falls if the tip slips too often. Largest median
-# deviation within slips and within rises, as a part of the distance between both.
-TEETH, DISTINCT = 0.25, 0.15
+# Least part of the samples in which the load falls if the tip slips too often.
+TEETH = 0.25
+# Largest median deviation within slips and within rises, as a part of the distance between both.
+DISTINCT = 0.15
 # Difference of a step from the usual step, in standard deviations of a position, that is not noise.
 ANOTHER = 6.0
 

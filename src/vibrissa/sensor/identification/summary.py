@@ -42,8 +42,10 @@ MOST_WRONG = 0.5
 HELPS = 0.95
 # Largest number of such quantities that are named.
 NAMED = 3
-# Part of a variance that is rounding of a difference, and least variance.
-ROUNDING, LEAST = 1e-12, 1e-200
+# Part of a variance that is rounding of a difference.
+ROUNDING = 1e-12
+# Least variance.
+LEAST = 1e-200
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

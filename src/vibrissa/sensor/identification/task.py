@@ -21,14 +21,17 @@ from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.sensor.whisker import Whisker
 
-# Least noise that is not 0, in units of the rod; least noise of a fit, to which smaller noise is
-# raised, as rounding would spoil the fit.
-LEAST_NOISE, LEAST_FITTED = 1e-50, 5e-8
+# Least noise that is not 0, in units of the rod.
+LEAST_NOISE = 1e-50
+# Least noise of a fit, to which smaller noise is raised, as rounding would spoil the fit.
+LEAST_FITTED = 5e-8
 # Readings of a recording that does not fit are noisier than stated if their scatter exceeds the
 # stated noise by this factor: chi2 is then 1.4 by the noise alone.
 NOISIER = 1.2
-# Correlation length of the slope of the surface: in m, and in L for a rod without a size.
-SLOPE_LENGTH, OWN_SLOPE_LENGTH = 5e-3, 0.05
+# Correlation length of the slope of the surface (m).
+SLOPE_LENGTH = 5e-3
+# The same for a rod without a size (L).
+OWN_SLOPE_LENGTH = 0.05
 ZEROS = tuple(f"zero_{name}" for name in CHANNELS)
 
 

@@ -31,8 +31,11 @@ COMMENT = re.compile(MARK)
 NO_COMMENT = rf"\s*(?:(?i:{ERRORS})\s*(?:[;\t,| ]|$)|#{{3,}}\s*[;\t,|])"
 # Number of lines in which the first row of the table is sought.
 SAMPLE = 1000
-# Least numbers of rows and of columns of a table, and least share of numbers in a row.
-FEWEST_ROWS, FEWEST_COLUMNS, LEAST_SHARE = 3, 2, 0.5
+# Least numbers of rows and of columns of a table.
+FEWEST_ROWS = 3
+FEWEST_COLUMNS = 2
+# Least share of numbers in a row of a table.
+LEAST_SHARE = 0.5
 # Bytes in which the encoding is sought.
 BEGIN = 4096
 

@@ -26,9 +26,9 @@ NO_TARE = (
 )
 # Times since 1970 (s) are counted from the first row.
 LONG_AGO = 1e8
-# Part by which a stated rate, or the way by a stated speed, may differ from the file's.
-RATE_ERROR, WAY_ERROR = 0.01, 0.05
-
+# Parts by which a stated rate, and the way by a stated speed, may differ from the file's.
+RATE_ERROR = 0.01
+WAY_ERROR = 0.05
 # Number of lines that may be titles in a message.
 MOST_TITLES = 3
 

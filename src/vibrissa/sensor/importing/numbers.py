@@ -24,7 +24,8 @@ MISSING = (
 # count only if some number proves them.
 APOSTROPHES = "'’\u00a0\u202f"
 BLANK = " "
-SIGNED, EXPONENT = "[-+]?", "(?:[eEdD][-+]?[0-9]+)?"
+SIGNED = "[-+]?"
+EXPONENT = "(?:[eEdD][-+]?[0-9]+)?"
 # A number with a decimal sign, in place of the braces.
 DECIMAL = SIGNED + "(?:[0-9]+{0}[0-9]*|{0}[0-9]+)" + EXPONENT
 # A number such as 1.234, whose sign may separate decimals or thousands.

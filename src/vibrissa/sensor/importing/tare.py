@@ -13,19 +13,24 @@ from vibrissa.sensor.transducer import CHANNELS
 
 # Errors of successive readings may be correlated (filter, hum). With enough readings, the error of
 # their mean is therefore estimated from the means of this number of blocks.
-BLOCKS, FEWEST_IN_BLOCKS = 20, 100
+BLOCKS = 20
+# Least number of readings that are divided into blocks.
+FEWEST_IN_BLOCKS = 100
 # Least number of readings for a zero and its error.
 FEWEST_READINGS = 3
 # A change of a reading by this many standard deviations is a load: noise exceeds it once in 10^6.
 CHANGED = 5.0
-# Least change at the first touch, as a part of the usual load in motion; part of the rows before
-# this change whose mean is the zero.
-LOADED, TAKEN = 0.3, 0.8
+# Least change at the first touch, as a part of the usual load in motion.
+LOADED = 0.3
+# Part of the rows before this change whose mean is the zero.
+TAKEN = 0.8
 # A window without load is refused if its readings change by more than this part of the range of
 # the recording (and more than the noise): a zero that is wrong by less does little harm.
 HARMLESS = 0.02
-# Blocks in which a stated window is checked, and least number of readings of one.
-CHECKED, FEWEST_CHECKED = 20, 5
+# Number of blocks in which a stated window is checked.
+CHECKED = 20
+# Least number of readings of such a block.
+FEWEST_CHECKED = 5
 # Zeros before and after the scan differ if they do so by this many standard deviations.
 DRIFTED = 4.0
 
