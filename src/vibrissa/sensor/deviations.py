@@ -296,27 +296,26 @@ def transduced(deviations: Deviations, loads: FloatArray) -> FloatArray:
     that of `Parameter.effect`, but a turn, and the power of the diameter, are exact.
     """
     size = deviations.sizes
-    last = max(len(loads) - 1, 1)
-    part = np.arange(len(loads))[:, None] / last
-    shown = loads * ((1.0 + size["modulus"]) * (1.0 + size["diameter"]) ** 4)
     turn = size["transducer_angle"]
     axes = np.array(
         [[np.cos(turn), np.sin(turn), 0.0], [-np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]
     )
-    for group in (("creep",), ("moment_origin_x", "moment_origin_y")):
-        shown = shown + _effects(deviations, group, shown, part, last)
-    shown = shown @ axes.T
-    shown = shown + _effects(deviations, ("crosstalk",), shown, part, last)
-    zeros = tuple(parameter.of for parameter in deviations.parameters if parameter.of_zero)
-    return shown + _effects(deviations, zeros, shown, part, last)
+    zeros = [parameter.of for parameter in deviations.parameters if parameter.of_zero]
+    shown = loads * ((1.0 + size["modulus"]) * (1.0 + size["diameter"]) ** 4)
+    shown = _with_effects(shown, deviations, ["creep"])
+    shown = _with_effects(shown, deviations, ["moment_origin_x", "moment_origin_y"])
+    shown = _with_effects(shown @ axes.T, deviations, ["crosstalk"])
+    return _with_effects(shown, deviations, zeros)
 
 
-def _effects(
-    deviations: Deviations, names: Sequence[str], loads: FloatArray, part: FloatArray, last: int
+def _with_effects(
+    readings: FloatArray, deviations: Deviations, quantities: Sequence[str]
 ) -> FloatArray:
-    """Return the change of readings by the parameters of some quantities, shape (n, 3)."""
-    change = np.zeros_like(loads)
+    """Add to n readings their change by the deviations of these quantities, shape (n, 3)."""
+    last = max(len(readings) - 1, 1)
+    part = np.arange(len(readings))[:, None] / last
+    change = np.zeros_like(readings)
     for parameter, size in zip(deviations.parameters, deviations.size.tolist(), strict=True):
-        if parameter.of in names and parameter.effect is not None and size:
-            change = change + size * parameter.effect(loads, part, last)
-    return change
+        if parameter.of in quantities and parameter.effect is not None and size:
+            change = change + size * parameter.effect(readings, part, last)
+    return readings + change

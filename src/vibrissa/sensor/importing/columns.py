@@ -66,6 +66,11 @@ class FileColumn(NamedTuple):
     beside: int | None = None
 
     @property
+    def in_parts(self) -> bool:
+        """Whether the cells are times of a clock, or need the column beside them."""
+        return self.clock or self.beside is not None
+
+    @property
     def note(self) -> str:
         """How the column is read, as in ``minus Fz in mN``."""
         sign = "minus " if self.factor < 0.0 else ""

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import IntArray
 from vibrissa.quantities.series import lines_of, listed
@@ -148,7 +150,7 @@ def grid_of_text(text: str, name: str) -> Grid:
     while not share_of_numbers(cells_of(rows.iloc[end - 1], sign)):
         end -= 1
     table, remarks = _split(rows.iloc[:end], sign, width, name)
-    empty = without_value(table).to_numpy(dtype=bool)
+    empty = without_value(table)
     cells = table[~empty] if empty.any() else table
     return Grid(
         above={
@@ -178,7 +180,7 @@ def grid_of_rows(rows: Rows, what: str) -> Grid | None:
     while not share_of_numbers(rows[lines[-1]]):
         lines.pop()
     table = pd.DataFrame([rows[line] for line in lines], index=lines, dtype=str)
-    empty = without_value(table).to_numpy(dtype=bool)
+    empty = without_value(table)
     below = table.index[-1] + 1
     return Grid(
         above={line: cells for line, cells in rows.items() if line < block.first},
@@ -317,8 +319,6 @@ def _numbers_beyond(rows: Sequence[Sequence[str]], begin: int, width: int) -> bo
 
 def _filled(rows: Rows, begin: int) -> IntArray:
     """Lines from `begin` on that have some cell."""
-    import numpy as np
-
     return np.array(
         [line for line, cells in rows.items() if line >= begin and any(cells)], dtype=int
     )

@@ -216,7 +216,7 @@ def _values(
 ) -> Values:
     """Read columns in SI units."""
     cells = {target: layout.cells.iloc[:, column.number] for target, column in columns.items()}
-    plain = {target: each for target, each in cells.items() if not _in_parts(columns[target])}
+    plain = {target: each for target, each in cells.items() if not columns[target].in_parts}
     read = values_of(plain, name, layout.signs)
     values = {target: columns[target].factor * each for target, each in read.items()}
     if rate is not None:
@@ -224,15 +224,10 @@ def _values(
         return {"time": layout.samples / rate, **values}
     if "time" in columns:
         column = columns["time"]
-        time = _time(column, layout, name) if _in_parts(column) else values["time"]
+        time = _time(column, layout, name) if column.in_parts else values["time"]
         _check_time(time, layout, name)
         values = values | {"time": time - time[0] if time[0] > LONG_AGO else time}
     return values
-
-
-def _in_parts(column: FileColumn) -> bool:
-    """Whether the cells of a column are times of a clock, or need another column beside them."""
-    return column.clock or column.beside is not None
 
 
 def _time(column: FileColumn, layout: Layout, name: str) -> FloatArray:
@@ -282,7 +277,7 @@ def _check_rate(rate: float, layout: Layout, name: str) -> None:
 
 def _rate_of(column: FileColumn, layout: Layout, name: str) -> "Rate | None":
     """Mean rate of the times in a column; None if they do not increase."""
-    if _in_parts(column):
+    if column.in_parts:
         time = _time(column, layout, name)
     else:
         cells = {"time": layout.cells.iloc[:, column.number]}

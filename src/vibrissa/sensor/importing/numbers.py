@@ -4,8 +4,10 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from vibrissa.errors import RecordingError
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.quantities.series import NUMBER, numbers
 from vibrissa.sensor.importing.clock import CLOCK
 
@@ -62,12 +64,11 @@ def is_whole(cell: str) -> bool:
     return _WHOLE.fullmatch(cell) is not None
 
 
-def without_value(cells: "DataFrame") -> "Series[bool]":
-    """Mark the rows in which no cell has a value."""
-    import pandas as pd
-
-    empty = pd.Series(True, index=cells.index)
+def without_value(cells: "DataFrame") -> BoolArray:
+    """Whether no cell has a value, for each row."""
+    empty = np.ones(len(cells), dtype=bool)
     for _, column in cells.items():
+        # A row that has a value in one column is not searched further.
         texts = column[empty].astype(str).str.strip()
         empty[empty] = texts.str.fullmatch(MISSING).to_numpy(dtype=bool)
     return empty
