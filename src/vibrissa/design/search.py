@@ -11,7 +11,7 @@ from vibrissa.design.candidate import Candidate, limits_of
 from vibrissa.design.pairs import survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.quantities.units import Kind
-from vibrissa.sensor.tolerances import told
+from vibrissa.sensor.tolerances import displayed
 
 # Relative excess over a bound that is allowed, for rounding.
 ROUNDING = 1e-9
@@ -82,7 +82,7 @@ class Design:
         return "\n\n".join("\n".join(block) for block in blocks if block)
 
     def _shown(self, value: float, kind: Kind = Kind.LENGTH, digits: int = 3) -> str:
-        size, unit = self.best.whisker.units.told(value, kind)
+        size, unit = self.best.whisker.units.displayed(value, kind)
         return f"{size:.{digits}g} {unit}".removesuffix(" 1")
 
     def _rod(self) -> list[str]:
@@ -141,7 +141,7 @@ class Design:
         rows = []
         for part in self.best.parts()[:MOST_PARTS]:
             if part.halved >= BRINGS:
-                size, unit = told(part.name, part.size, self.best.whisker.units)
+                size, unit = displayed(part.name, part.size, self.best.whisker.units)
                 given = f"{size:.2g} {unit}".strip() + ("" if part.stated else ", default")
                 rows.append((part.name, given, f"{part.halved:.0%}"))
         head = "measure first: halving a tolerance lowers the uncertainty by"

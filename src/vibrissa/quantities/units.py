@@ -321,7 +321,7 @@ class Units:
     wished: Mapping[Kind, str] = field(default_factory=dict, compare=False)
     si: bool = False
 
-    def told(self, value: float, kind: Kind) -> tuple[float, str]:
+    def displayed(self, value: float, kind: Kind) -> tuple[float, str]:
         """Convert a value from the unit of tables to the user's unit; return value and unit."""
         if self.nondimensional or kind not in self.wished:
             return value, self.name(kind)
@@ -330,8 +330,8 @@ class Units:
 
     def spelled(self, value: float, kind: Kind, digits: int = 6) -> str:
         """Format a nondimensional value in the user's unit, as in ``"26.3 mm"``."""
-        told, name = self.told(value * self.unit(kind), kind)
-        return f"{told:.{digits}g} {name}".removesuffix(" 1")
+        size, name = self.displayed(value * self.unit(kind), kind)
+        return f"{size:.{digits}g} {name}".removesuffix(" 1")
 
     def unit(self, kind: Kind) -> float:
         """Return the SI value of the nondimensional unit of this kind."""

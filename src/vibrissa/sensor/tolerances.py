@@ -154,12 +154,12 @@ def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
     return {name: size for name, size in tolerances.items() if size > 0.0}
 
 
-def told(name: str, size: float, units: Units) -> tuple[float, str]:
+def displayed(name: str, size: float, units: Units) -> tuple[float, str]:
     """Convert a tolerance to the unit in which it is displayed; return value and unit."""
     quantity = TOLERABLE[name]
     if quantity.relative:
         return 100.0 * size, "%"
     if quantity.kind is Kind.ANGLE:
         return float(np.rad2deg(size)), "deg"
-    value, unit = units.told(size * units.unit(quantity.kind), quantity.kind)
+    value, unit = units.displayed(size * units.unit(quantity.kind), quantity.kind)
     return value, "" if quantity.kind is Kind.NUMBER else unit

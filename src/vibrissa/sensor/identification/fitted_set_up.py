@@ -77,7 +77,7 @@ class FittedSetUp:
 
     @property
     def per_period(self) -> int:
-        """Number of quantities fitted in each period: the contact point, and its height if told."""
+        """Number of quantities fitted in each period: the contact point, and perhaps its height."""
         return 2 if self.task.slope.deviation else 1
 
     @property

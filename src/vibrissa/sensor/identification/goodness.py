@@ -17,7 +17,7 @@ from vibrissa.quantities.units import Units
 from vibrissa.sensor.identification.fit import LEAST_WEIGHT
 from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.parameters import Parameter
-from vibrissa.sensor.tolerances import told
+from vibrissa.sensor.tolerances import displayed
 
 # Least part of a parameter's variance that a recording must remove: less is rounding.
 LITTLE = 1e-9
@@ -74,8 +74,10 @@ class Estimate:
         """Format the estimate in the user's units."""
         of = self.parameter.of
         stated = self.parameter.deviation
-        size, unit = told(of, self.size, units)
-        deviation, tolerance = (told(of, error, units)[0] for error in (self.deviation, stated))
+        size, unit = displayed(of, self.size, units)
+        deviation, tolerance = (
+            displayed(of, error, units)[0] for error in (self.deviation, stated)
+        )
         text = (
             f"{self.parameter.name}: given to ± {tolerance:.3g} {unit}, off by {size:+.3g} ± "
             f"{deviation:.2g} {unit} according to the recording"
@@ -182,8 +184,8 @@ class Cause:
         """Format the quantity and its change in the user's units."""
         way = "larger" if self.size > 0.0 else "smaller"
         of = self.parameter.of
-        size, unit = told(of, abs(self.size), units)
-        by = f"{size:.3g} ± {told(of, self.deviation, units)[0]:.1g} {unit}".rstrip()
+        size, unit = displayed(of, abs(self.size), units)
+        by = f"{size:.3g} ± {displayed(of, self.deviation, units)[0]:.1g} {unit}".rstrip()
         return f"{self.parameter.name} {way} by {by} (explains {self.explained:.0%} of the misfit)"
 
 

@@ -165,29 +165,29 @@ def _problem(
         raise ArgumentError(
             f"the method {method} needs the rod: give theta and eta, or use the method ratio"
         )
-    path = Path(recording) if isinstance(recording, str) else recording
-    given = path if isinstance(path, Recording) else table_of(path, method)
+    source = Path(recording) if isinstance(recording, str) else recording
+    table = source if isinstance(source, Recording) else table_of(source, method)
     if whisker is not None and (whisker.rod is not None or method is Method.MODEL):
         units = whisker.units
     else:
-        units = Units() if isinstance(given, Recording) else units_of(given)
+        units = Units() if isinstance(table, Recording) else units_of(table)
     sensor = None if setup.transducer is None else transducer_of(setup.transducer, units)
-    if isinstance(given, Recording):
-        given = as_measured(given)
+    if isinstance(table, Recording):
+        samples = as_measured(table)
     else:
-        given = read_recording(given, units, method, sensor)
-    if len(given) < FEWEST_SAMPLES:
-        few = f"too few rows to identify friction from: {counted(len(given), 'usable row')}"
-        raise RecordingError("; ".join((few, *given.notes)))
-    given = replace(
-        given,
-        slip_rows=in_samples(given, slip_time, "slip_time"),
-        delay=in_samples(given, delay, "delay"),
+        samples = read_recording(table, units, method, sensor)
+    if len(samples) < FEWEST_SAMPLES:
+        few = f"too few rows to identify friction from: {counted(len(samples), 'usable row')}"
+        raise RecordingError("; ".join((few, *samples.notes)))
+    samples = replace(
+        samples,
+        slip_rows=in_samples(samples, slip_time, "slip_time"),
+        delay=in_samples(samples, delay, "delay"),
     )
     # A recording in SI units cannot be compared with a rod whose size is not known.
     if whisker is not None and whisker.units != units:
         whisker = None
-    task = task_of(given, setup, whisker, sensor, units)
+    task = task_of(samples, setup, whisker, sensor, units)
     return _Problem(method=method, task=task, whisker=whisker, setup=setup)
 
 

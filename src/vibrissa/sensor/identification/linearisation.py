@@ -89,7 +89,7 @@ class Linearisation:
         return np.asarray(self.readings[self.at.task.number["eta"]])
 
     @cached_property
-    def told(self) -> FloatArray:
+    def height_information(self) -> FloatArray:
         """Inverse variance of the height of each tip, for a known set-up, shape (p,)."""
         sums = self.at.task.blocks.sums((self.by_height**2).sum(axis=1))
         return np.maximum(sums, LEAST_WEIGHT)
@@ -108,7 +108,9 @@ class Linearisation:
             return values
         blocks = self.at.task.blocks
         along = self.by_height
-        less = (1.0 / np.sqrt(1.0 + self.allowed * self.told) - 1.0) / self.told
+        less = (
+            1.0 / np.sqrt(1.0 + self.allowed * self.height_information) - 1.0
+        ) / self.height_information
         part = blocks.sums((along * values).sum(axis=1)) * less
         return np.asarray(values + along * part[blocks.period][:, None])
 
@@ -142,7 +144,7 @@ class Linearisation:
     def heights(self, fit: Fit) -> HeightsOfTips:
         """Estimate the height of the surface at each tip of a fit."""
         sums = self.at.task.blocks.sums((self.by_height * fit.residuals).sum(axis=1))
-        known = np.maximum(self.told, 1.0)
+        known = np.maximum(self.height_information, 1.0)
         return HeightsOfTips(height=sums / known, variance=1.0 / known)
 
     @cached_property
@@ -151,4 +153,6 @@ class Linearisation:
         sums = self.at.task.blocks.sums
         along = self.by_height
         each = [sums((change * along).sum(axis=1)) for change in self.readings]
-        return np.asarray(-np.stack(each, axis=1) / np.maximum(self.told, 1.0)[:, None])
+        return np.asarray(
+            -np.stack(each, axis=1) / np.maximum(self.height_information, 1.0)[:, None]
+        )

@@ -42,7 +42,7 @@ UNREAD = 0.1
 UNLIKELY = 1e-9
 # Least ratio of the smallest to the largest eigenvalue of a fit that is determined by its samples;
 # with evenly spaced samples it is 1e-3.
-LEAST_TOLD = 1e-12
+LEAST_DETERMINED = 1e-12
 # Largest distance of an extrapolation, in lengths of the window.
 MOST_BEYOND = 1e3
 # Part of a window that is rounding, not a distance.
@@ -168,7 +168,7 @@ def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: i
     information = window.sums(basis[:, :, None] * basis[:, None, :])
     # Different positions do not suffice if they are close together, except for one far away.
     sizes = np.linalg.eigvalsh(information)
-    enough = (sizes[:, 0] > LEAST_TOLD * sizes[:, -1]) & np.isfinite(step[:, 1])
+    enough = (sizes[:, 0] > LEAST_DETERMINED * sizes[:, -1]) & np.isfinite(step[:, 1])
     information[~enough] = np.eye(degree + 1)
     covariance = np.asarray(np.linalg.inv(information), dtype=float)
     coefficients = covariance @ window.sums(basis[:, :, None] * values[:, None, :])
@@ -223,11 +223,11 @@ def _corrected(low: Onsets, high: Onsets) -> Onsets:
     """Add to μ0 by `low` the mean change to μ0 by `high`, both in the middle of the step."""
     change = (high.along - low.along)[:, 1]
     variance = high.own**2 - low.own**2
-    told = (variance > 0.0) & (high.chance > UNLIKELY)
-    if not told.any():
+    informative = (variance > 0.0) & (high.chance > UNLIKELY)
+    if not informative.any():
         return low
-    change = change[told]
-    variance = variance[told]
+    change = change[informative]
+    variance = variance[informative]
     between, _ = variance_between(change, variance)
     weight = 1.0 / (variance + between)
     mean = float((weight * change).sum() / weight.sum())

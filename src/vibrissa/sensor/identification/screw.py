@@ -44,9 +44,9 @@ class PitchError(Cause):
     def spelled(self, units: Units) -> str:
         """Format the error in the user's units."""
         length = units.unit(Kind.LENGTH)
-        size, unit = units.told(self.size * length, Kind.LENGTH)
-        error, _ = units.told(self.deviation * length, Kind.LENGTH)
-        pitch, unit_of_pitch = units.told(self.pitch * length, Kind.LENGTH)
+        size, unit = units.displayed(self.size * length, Kind.LENGTH)
+        error, _ = units.displayed(self.deviation * length, Kind.LENGTH)
+        pitch, unit_of_pitch = units.displayed(self.pitch * length, Kind.LENGTH)
         return (
             f"positions of the clamp: an error of {size:.2g} ± {error:.1g} {unit} that repeats "
             f"every {pitch:.3g} {unit_of_pitch}, perhaps the pitch of a lead screw (explains "

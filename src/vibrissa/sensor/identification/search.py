@@ -26,7 +26,7 @@ SETTLED = 1e-5
 MOST_STEPS = 20
 # Number of lengths that are tried for a step, each half of the one before.
 HALVINGS = 6
-# Change of χ² that tells nothing: readings without noise fit to rounding.
+# Change of χ² that is rounding: readings without noise fit as well as that.
 NOTHING = 1e-10
 # If less than this part of the periods does not fit, these are left out of the fit.
 MOST_ALONE = 0.5

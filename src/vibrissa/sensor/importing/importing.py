@@ -78,9 +78,9 @@ class Imported(Tabular):
         """
         header = {}
         for name, zero in self.zeros.items():
-            value, unit = self.units.told(zero.value, KINDS[name])
+            value, unit = self.units.displayed(zero.value, KINDS[name])
             # If all readings were alike, the error is not known.
-            error = self.units.told(zero.deviation, KINDS[name])[0]
+            error = self.units.displayed(zero.deviation, KINDS[name])[0]
             more = f" ± {error:.2g}" if error else ""
             header[f"zero_{name}"] = f"{value:.6g}{more} {unit}"
         return header
@@ -100,8 +100,8 @@ class Imported(Tabular):
         return (*self.notes, *(zeros or [NO_TARE]), *drifts)
 
     def _spelled(self, value: float, name: str) -> str:
-        told, unit = self.units.told(value, KINDS[name])
-        return f"{told:.3g} {unit}"
+        size, unit = self.units.displayed(value, KINDS[name])
+        return f"{size:.3g} {unit}"
 
 
 def import_recording(data: bytes, settings: Settings, name: str = "the file") -> Imported:
