@@ -109,14 +109,17 @@ def tare_of(
     else:
         first = before if before.any() else after
     zeros = zeros_of(values, first)
-    others = [each for each in (before, after) if each.any() and not (each & first).any()]
+    apart = [side for side in (before, after) if side.any() and not (side & first).any()]
     notes = [f"rows without load only after the scan: {spell(after)}"] if first is after else []
-    if not others or not zeros:
+    if not apart or not zeros:
         steady = {name: np.full(len(kept), zero.value) for name, zero in zeros.items()}
         return Tare(zeros, steady, tuple(notes if zeros else []))
-    (other,) = others
+    # A stated window may be apart from the rows on both sides: the farther side counts.
+    distances = [rows[side].mean() - rows[first].mean() for side in apart]
+    farthest = int(np.argmax(np.abs(distances)))
+    other = apart[farthest]
     second = zeros_of(values, other)
-    way = (rows - rows[first].mean()) / (rows[other].mean() - rows[first].mean())
+    way = (rows - rows[first].mean()) / distances[farthest]
     zeros = {
         name: changed(zero, second[name]) if name in second else zero
         for name, zero in zeros.items()
