@@ -19,7 +19,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.keys import Keyed, NotNegative, Positive, read_keys, with_options
-from vibrissa.quantities.units import Kind, Measured, channels_of, is_number, range_of
+from vibrissa.quantities.units import Kind, Measured, channels_in_si, is_number, range_of
 from vibrissa.sensor.setup import MOUNTING, TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
 from vibrissa.sensor.transducer import preset
@@ -191,10 +191,8 @@ class Requirements(Keyed):
             )
         if self.speed is not None and self.material.density is None:
             raise ArgumentError("with a speed, give the density of the material")
-        first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
-        mounting = first.whisker.mounting
         deviations = [name for name in MOUNTING if name != "bore"]
-        if replace(mounting, stiffening=0.0, bore=0.0) != IDEAL:
+        if replace(self.mounting, stiffening=0.0, bore=0.0) != IDEAL:
             raise ArgumentError(
                 "a design needs a straight rod, a rigid upright clamp and a level stage: leave out "
                 f"{', '.join(deviations)}; their tolerances may stay, in the table [{TOLERANCES}]"
@@ -242,8 +240,7 @@ class Requirements(Keyed):
         """Standard deviation of the noise in one reading of force_x, force_y and moment_z (SI)."""
         if self.setup.noise is None:
             return preset(str(self.setup.transducer)).deviation
-        parts = channels_of(self.setup.noise, "noise")
-        return np.array([kind.read(part, "noise") for part, kind in parts])
+        return np.array(channels_in_si(self.setup.noise, "noise"))
 
     @property
     def largest(self) -> FloatArray:

@@ -286,6 +286,17 @@ def channels_of(text: str, what: str) -> list[tuple[str, Kind]]:
     return list(zip(parts, CHANNEL_KINDS, strict=True))
 
 
+def channels_in_si(text: str, what: str) -> list[float]:
+    """Convert ``"3 mN, 3 mN, 10 uN*m"`` to SI units; each value needs its unit.
+
+    Raises
+    ------
+    ArgumentError
+        If there are not three values, or one of them is no force or moment.
+    """
+    return [kind.read(part, what) for part, kind in channels_of(text, what)]
+
+
 def wished_units(*given: object) -> dict[Kind, str]:
     """Choose output units: for each kind of quantity the first unit of this kind in `given`.
 

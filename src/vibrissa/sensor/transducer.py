@@ -14,17 +14,14 @@ from pydantic import BeforeValidator, ValidationInfo, model_validator
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.quantities.keys import Card, NotNegative, Positive
-from vibrissa.quantities.units import Units, channels_of
+from vibrissa.quantities.units import Units, channels_in_si
 
 CHANNELS = ("force_x", "force_y", "moment_z")
 Sizes = tuple[NotNegative, NotNegative, NotNegative]
 
 
 def _in_si(text: Any, info: ValidationInfo) -> Any:
-    if not isinstance(text, str):
-        return text
-    name = str(info.field_name)
-    return [kind.read(part, name) for part, kind in channels_of(text, name)]
+    return channels_in_si(text, str(info.field_name)) if isinstance(text, str) else text
 
 
 class Transducer(Card):

@@ -12,6 +12,8 @@ from vibrissa.figures.labels import at_ends
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind
 from vibrissa.sensor import Grade, Identification, PeriodStatus
+from vibrissa.sensor.identification.recording import FORCES, MOMENT
+from vibrissa.sensor.identification.result import Residuals
 from vibrissa.sensor.transducer import CHANNELS
 
 # Largest number of points of a line; of a longer recording, extremes of equal parts are drawn.
@@ -83,22 +85,22 @@ def extremes(values: FloatArray) -> IntArray:
 
 def draw(identification: Identification) -> Figure:
     """Draw the strip of an identification; see this module."""
-    used = [bool(np.isfinite(channel).any()) for channel in identification.recording.readings.T]
-    forces = [i for i, name in enumerate(CHANNELS) if used[i] and name != "moment_z"]
-    rows = [LOADS] if forces else []
-    rows += [LOADS] if used[-1] else []
-    rows += [RESIDUALS] if identification.residuals is not None else []
+    used: BoolArray = np.isfinite(identification.recording.readings).any(axis=0)
+    # Forces and moment have a panel each, as their units differ.
+    groups = [[i for i in channels if used[i]] for channels in (FORCES, [MOMENT])]
+    loads = [channels for channels in groups if channels]
+    residuals = identification.residuals
+    heights = [LOADS for _ in loads]
+    if residuals is not None:
+        heights.append(RESIDUALS)
     with style.applied():
-        figure = style.page(sum(rows) + FRICTION, style.PAGE)
-        panels = figure.subplots(len(rows) + 1, height_ratios=[*rows, FRICTION])
+        figure = style.page(sum(heights) + FRICTION, style.PAGE)
+        panels = figure.subplots(len(heights) + 1, height_ratios=[*heights, FRICTION])
         *above, below = panels
-        rest = iter(above)
-        if forces:
-            _loads(next(rest), identification, forces)
-        if used[-1]:
-            _loads(next(rest), identification, [len(CHANNELS) - 1])
-        if identification.residuals is not None:
-            _residuals(next(rest), identification)
+        for panel, channels in zip(above, loads, strict=False):
+            _loads(panel, identification, channels)
+        if residuals is not None:
+            _residuals(above[-1], identification, residuals)
         _clamp_axes(identification, above)
         _friction(below, identification)
         style.legend(figure)
@@ -130,10 +132,7 @@ def _loads(panel: Axes, identification: Identification, channels: list[int]) -> 
     at_ends(panel)
 
 
-def _residuals(panel: Axes, identification: Identification) -> None:
-    residuals = identification.residuals
-    if residuals is None:
-        return
+def _residuals(panel: Axes, identification: Identification, residuals: Residuals) -> None:
     length = axis_of(identification, Kind.LENGTH, identification.recording.clamp)
     panel.axhspan(-TWICE, TWICE, color=style.SHAPE, linewidth=0.0, label="± 2 st. dev.")
     for i, name in enumerate(residuals.channels):
