@@ -85,9 +85,10 @@ def extremes(values: FloatArray) -> IntArray:
 
 def draw(identification: Identification) -> Figure:
     """Draw the strip of an identification; see this module."""
-    used: BoolArray = np.isfinite(identification.recording.readings).any(axis=0)
+    readings = identification.recording.readings
+    used = [i for i in range(len(CHANNELS)) if np.isfinite(readings[:, i]).any()]
     # Forces and moment have a panel each, as their units differ.
-    groups = [[i for i in channels if used[i]] for channels in (FORCES, [MOMENT])]
+    groups = [[i for i in channels if i in used] for channels in (FORCES, [MOMENT])]
     loads = [channels for channels in groups if channels]
     residuals = identification.residuals
     heights = [LOADS for _ in loads]
