@@ -23,7 +23,7 @@ from vibrissa.design.requirements import Requirements
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind
-from vibrissa.sensor.identification.parameters import SLOPE, Parameter
+from vibrissa.sensor.identification.parameters import SLOPE, Parameter, ScanRows
 from vibrissa.sensor.identification.propagation import step_deviation
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
 from vibrissa.sensor.identification.slips import FALL
@@ -289,7 +289,8 @@ class Candidate:
             if parameter.of != "crosstalk" or parameter.effect is None:
                 return parameter.deviation
             # For loads of 1 the effect is the ratio of the full scales of the two channels.
-            return parameter.deviation * float(parameter.effect(np.ones(3), np.zeros(1), 1).max())
+            ratio = parameter.effect(np.ones(3), ScanRows(part=np.zeros(1), last=1)).max()
+            return parameter.deviation * float(ratio)
 
         limit = self.requirements.largest / self.whisker.units.channels
         full_scale = np.where(np.isfinite(limit), limit, np.abs(self.pair.reactions).max(axis=0))

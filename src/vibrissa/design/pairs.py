@@ -29,6 +29,7 @@ from vibrissa.sensor.identification.derivatives import derivatives, moved
 from vibrissa.sensor.identification.parameters import (
     OF_ROD,
     Parameter,
+    ScanRows,
     parameters_of,
     ranges_of,
 )
@@ -204,9 +205,10 @@ def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sen
         "stage_scale": before,
         "length": -response.curve.eta * changes["eta"] - before - loads * np.array([2.0, 2.0, 1.0]),
     }
+    rows = ScanRows(part=part, last=PERIODS * ROWS)
     for parameter in PARAMETERS:
         if parameter.effect is not None:
-            changes[parameter.name] = parameter.effect(loads, part, PERIODS * ROWS)
+            changes[parameter.name] = parameter.effect(loads, rows)
     shape = (len(end), len(STARTS), len(NODES), 3)
     setup = np.stack([np.broadcast_to(changes[p.name], shape) for p in PARAMETERS], axis=-1)
     # Friction is fx/fy of the loads at the onset: only parameters that change the loads change it.

@@ -22,7 +22,12 @@ from vibrissa.scanning.simulation import Scan
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.textures import Texture, splined
 from vibrissa.sensor.identification.derivatives import moved, scale_of
-from vibrissa.sensor.identification.parameters import SLOPE, Parameter, parameters_of
+from vibrissa.sensor.identification.parameters import (
+    SLOPE,
+    Parameter,
+    ScanRows,
+    parameters_of,
+)
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.task import slope_length
 from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
@@ -312,10 +317,9 @@ def _with_effects(
     readings: FloatArray, deviations: Deviations, quantities: Sequence[str]
 ) -> FloatArray:
     """Add to n readings their change by the deviations of these quantities, shape (n, 3)."""
-    last = max(len(readings) - 1, 1)
-    part = np.arange(len(readings))[:, None] / last
+    rows = ScanRows.of(np.arange(len(readings)), len(readings))
     change = np.zeros_like(readings)
     for parameter, size in zip(deviations.parameters, deviations.size.tolist(), strict=True):
         if parameter.of in quantities and parameter.effect is not None and size:
-            change = change + size * parameter.effect(readings, part, last)
+            change = change + size * parameter.effect(readings, rows)
     return readings + change

@@ -239,7 +239,7 @@ class ForwardModel:
         shown = loads
         for parameter, size in zip(self.task.parameters, self.p, strict=True):
             if parameter.effect is not None and size and parameter.of_zero is of_zero:
-                shown = shown + size * parameter.effect(loads, *self.task.rows)
+                shown = shown + size * parameter.effect(loads, self.task.rows)
         return shown
 
     def changes(self, u: FloatArray) -> Changes:
@@ -263,7 +263,7 @@ class ForwardModel:
         readings = [
             self.scaled(of_loads[parameter.name])
             if parameter.effect is None
-            else parameter.effect(loads, *self.task.rows)
+            else parameter.effect(loads, self.task.rows)
             for parameter in parameters
         ]
         # A parameter of the transducer does not change the friction under the tip.

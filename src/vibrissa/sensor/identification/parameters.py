@@ -3,11 +3,12 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import permutations
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from vibrissa.mechanics.taper import MOST_TAPER, modulus
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.scanning.heights import HIGHEST, LOWEST
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.sensor.tolerances import TOLERABLE
@@ -60,9 +61,32 @@ MIXING = {
     "moment_origin_x": np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]]),
     "moment_origin_y": np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
 }
+
+
+class ScanRows(NamedTuple):
+    """Rows of a scan, for errors that change from the first to the last of them.
+
+    Attributes
+    ----------
+    part : ndarray, shape (..., 1)
+        Part of the scan before each row, from 0 in the first to 1 in the last.
+    last : int
+        Index of the last row.
+    """
+
+    part: FloatArray
+    last: int
+
+    @classmethod
+    def of(cls, row: FloatArray | IntArray, count: int) -> Self:
+        """Take the rows with these indices, shape (n,), of a scan of `count` rows."""
+        last = max(count - 1, 1)  # it is a divisor
+        return cls(part=row[:, None] / last, last=last)
+
+
 # Change of the readings per unit of a parameter, shape (..., 3), as a function of the loads, shape
-# (..., 3), the part of the recording before them, shape (..., 1), and the number of its last row.
-Effect = Callable[[FloatArray, FloatArray, int], FloatArray]
+# (..., 3), and of their rows.
+Effect = Callable[[FloatArray, ScanRows], FloatArray]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -209,27 +233,25 @@ def _parts(parameter: Parameter, full_scale: FloatArray) -> Iterator[Parameter]:
         yield replace(parameter, effect=_zero(channel, np.ones_like))
     elif parameter.of == CREEP:
         yield replace(parameter, effect=_creeping)
+    elif parameter.of in MIXING:
+        yield replace(parameter, effect=_mixed(MIXING[parameter.of]))
     else:
-        yield (
-            replace(parameter, effect=_mixed(MIXING[parameter.of]))
-            if parameter.of in MIXING
-            else parameter
-        )
+        yield parameter
 
 
 def _mixed(matrix: FloatArray) -> Effect:
     """Effect that adds a matrix times the loads to the readings."""
-    return lambda loads, part, last: loads @ matrix.T
+    return lambda loads, rows: loads @ matrix.T
 
 
 def _zero(channel: int, shape: Callable[[FloatArray], FloatArray]) -> Effect:
     """Effect of a zero that follows `shape` over the recording."""
-    return lambda loads, part, last: shape(part) * np.eye(3)[channel]
+    return lambda loads, rows: shape(rows.part) * np.eye(3)[channel]
 
 
 def _half_waves(number: int) -> Callable[[FloatArray], FloatArray]:
     return lambda part: np.sin(np.pi * number * part)
 
 
-def _creeping(loads: FloatArray, part: FloatArray, last: int) -> FloatArray:
-    return np.asarray(-loads * np.log10(1.0 + part * last))
+def _creeping(loads: FloatArray, rows: ScanRows) -> FloatArray:
+    return np.asarray(-loads * np.log10(1.0 + rows.part * rows.last))

@@ -15,6 +15,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Units
 from vibrissa.sensor.identification.derivatives import moved, scale_of
+from vibrissa.sensor.identification.parameters import ScanRows
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.location import Located, located
 from vibrissa.sensor.whisker import Whisker
@@ -144,13 +145,13 @@ def _changes(
 ) -> Iterator[FloatArray]:
     """Change of position and height by one standard deviation of each parameter, shape (2, n)."""
     recording = task.recording
-    part = np.arange(len(task.recording))[:, None] / task.last
+    rows = ScanRows.of(np.arange(len(recording)), len(recording))
     for parameter in task.parameters:
         if not parameter.deviation:
             continue
         if parameter.effect is not None:
             # The loads are smaller by what the parameter adds to the readings.
-            wrong = parameter.effect(recording.readings, part, task.last)
+            wrong = parameter.effect(recording.readings, rows)
             yield -parameter.deviation * np.einsum("kcn,nk->cn", by_load, wrong)
             continue
         size = nothing | {parameter.name: parameter.step}

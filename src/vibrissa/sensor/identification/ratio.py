@@ -19,7 +19,7 @@ from vibrissa.errors import MixedColumnsError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, StrArray
 from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.goodness import estimates_of
-from vibrissa.sensor.identification.parameters import BEARING, Parameter
+from vibrissa.sensor.identification.parameters import BEARING, Parameter, ScanRows
 from vibrissa.sensor.identification.periods import Check, Grade, PeriodStatus, periods_of
 from vibrissa.sensor.identification.propagation import (
     HALF_WIDTH,
@@ -288,7 +288,7 @@ def _effect(task: Task, mu0: FloatArray, parameter: Parameter) -> FloatArray:
         return np.zeros(len(ends))
     # A moment that was not recorded is taken as 1, the full scale to which crosstalk refers.
     loads = np.nan_to_num(task.recording.readings[ends], nan=1.0)
-    fx, fy, _ = parameter.effect(loads, ends[:, None] / task.last, task.last).T
+    fx, fy, _ = parameter.effect(loads, ScanRows.of(ends, len(task.recording))).T
     return np.nan_to_num(-(task.ends.sign * fx - mu0 * fy) / loads[:, 1])
 
 

@@ -12,7 +12,13 @@ from vibrissa.quantities.units import CHANNEL_KINDS, Kind, Units
 from vibrissa.sensor.identification.blocks import Blocks, condensed
 from vibrissa.sensor.identification.holds import rounding
 from vibrissa.sensor.identification.noise import noise_of
-from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
+from vibrissa.sensor.identification.parameters import (
+    BEARING,
+    SLOPE,
+    Parameter,
+    ScanRows,
+    parameters_of,
+)
 from vibrissa.sensor.identification.recording import FORCES, Recording
 from vibrissa.sensor.identification.slips import PeriodEnds, Spans, ends_of, find_slips
 from vibrissa.sensor.identification.slope import Slope
@@ -117,11 +123,6 @@ class Task:
             )
             yield f"{CHANNELS[i]} scatters from reading to reading by {more}; stated is {stated}"
 
-    @property
-    def last(self) -> int:
-        """Index of the last row of the recording; at least 1, so that it can be a divisor."""
-        return max(len(self.recording) - 1, 1)
-
     @cached_property
     def ends(self) -> PeriodEnds:
         """Position, travel and direction of the clamp at the end of each period."""
@@ -141,12 +142,9 @@ class Task:
         return self.blocks.clamp - self.recording.lag[self.blocks.row.astype(int)]
 
     @property
-    def rows(self) -> tuple[FloatArray, int]:
-        """Place of each of n blocks in the recording, and the index of the last row.
-
-        The places, shape (n, 1), go from 0 in the first row to 1 in the last row.
-        """
-        return self.blocks.row[:, None] / self.last, self.last
+    def rows(self) -> ScanRows:
+        """Mean rows of n blocks."""
+        return ScanRows.of(self.blocks.row, len(self.recording))
 
 
 def task_of(
