@@ -43,7 +43,7 @@ help:
 	@echo "Studies (CORES=n; on a cluster PROFILE=workflow/profiles/slurm):"
 	@echo "  make reproduce            the paper's study: Figures 3 to 8, tables, report"
 	@echo "  make study STUDY=my.yaml  the study in my.yaml instead of config.yaml"
-	@echo "                            (studies/ has two: beyond.yaml, mounted.yaml)"
+	@echo "                            (further studies: studies/*.yaml)"
 	@echo "  make check                compare the results with the reference tables"
 	@echo "  make bless                update the reference tables; review with git diff"
 	@echo "                            (check and bless take STUDY=my.yaml, and"

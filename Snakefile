@@ -1,9 +1,10 @@
 # A parameter study of the sticking period of a tapered rod. One study file defines what is
 # computed: config.yaml, or the file given with --configfile in its place.
 #
-#   study file -> grids -> chunks -> stiction.parquet -> figures, claims, report
-#              -> scans, states, comparisons          ->
-#   scans      -> recordings, each read -> friction.parquet ->
+#   study file -> grids    -> chunks -> stiction       -> figures, claims, report
+#              -> scans    -> chunks -> scans, periods ->
+#              -> readings -> chunks -> friction       ->
+#              -> states, comparisons                  ->
 from snakemake.utils import min_version
 
 min_version("9.0")

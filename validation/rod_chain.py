@@ -150,7 +150,7 @@ class Chain:
             before = np.abs(missed).max()
         raise RuntimeError(f"the contact is missed by {np.abs(missed).max():.1e}")
 
-    def margin_aside(self, v, force):
+    def lateral_margin(self, v, force):
         """Return the smallest second variation out of the plane, per elastic energy.
 
         `v` is a planar state. Computed from differences of the gradient of the elastic energy minus

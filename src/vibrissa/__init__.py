@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.rod import Rod as Rod
     from vibrissa.outcomes import Status as Status
     from vibrissa.scanning.cycles import stick_slip as stick_slip
-    from vibrissa.scanning.simulation import Scan as Scan
+    from vibrissa.scanning.scan import Scan as Scan
     from vibrissa.sticking.api import EquilibriumState as EquilibriumState
     from vibrissa.sticking.api import FrictionRange as FrictionRange
     from vibrissa.sticking.api import Onset as Onset
@@ -35,7 +35,7 @@ __getattr__, __all__ = attached(
         "mechanics.rod": "Rod",
         "outcomes": "Status",
         "scanning.cycles": "stick_slip",
-        "scanning.simulation": "Scan",
+        "scanning.scan": "Scan",
         "sticking.api": "EquilibriumState FrictionRange Onset friction_from_travel solve_curve "
         "solve_onset solve_state",
         "sticking.curve": "StickingCurve",

@@ -72,4 +72,4 @@ class MixedColumnsError(RecordingError):
 
 
 class NoResponseError(ArgumentError):
-    """A rod whose clamp signals could not be computed at a height that its stage reaches."""
+    """A rod whose clamp signals could not be computed at a distance that its stage reaches."""

@@ -189,7 +189,7 @@ class ReadingStatus(StrEnum):
     LOCK
         The tip locks before its first slip.
     OUT_OF_REACH
-        The rod has no states at a height of the surface.
+        The rod has no states at a distance from the surface.
     FAILED
         The scan could not be computed.
     """

@@ -6,7 +6,7 @@ import pytest
 
 import made_tables
 from vibrissa import Mounting, solve_curve
-from vibrissa.computing.points import solved_rows
+from vibrissa.computing.points import solved_points_of_file
 from vibrissa.computing.rods import rods_of
 from vibrissa.errors import DamagedTableError, StudyError
 from vibrissa.outcomes import Solver
@@ -166,7 +166,7 @@ def points(tmp_path):
         return study, lambda: [
             row
             for chunk in study.chunks.values()
-            for part in solved_rows(**chunk.params, study="a", solver=made_tables.SOLVER)
+            for part in solved_points_of_file(**chunk.params, study="a", solver=made_tables.SOLVER)
             for row in part.to_pylist()
         ]
 

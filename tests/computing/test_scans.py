@@ -31,7 +31,7 @@ def computed(
 ):
     end = {"to": None, "cycles": None} | end
     (found,) = computed_scans(
-        scan="s",
+        scan_name="s",
         axes=ROD | (rod or {}),
         surfaces=[surface],
         laws=[law_of(*law)],
@@ -211,12 +211,12 @@ def test_a_scan_over_heights_is_that_of_python_bit_for_bit():
     whisker = Whisker(theta=2.0, eta=0.85)
     truth = sensor.scan(whisker, surface, step=0.001, to=0.1, tip_radius=2e-3).truth
     assert (truth.contact == steps.column("x1").to_numpy()).all()
-    assert (truth.lift == steps.column("height").to_numpy()).all()
+    assert (truth.height == steps.column("height").to_numpy()).all()
     assert (truth.inclination == steps.column("inclination").to_numpy()).all()
     (row, *_) = [one for one in periods.to_pylist() if one["ends_by"] == "slip"]
     both = np.tan(np.arctan(0.3) - row["inclination"])
     assert row["apparent_friction"] == pytest.approx(both, abs=1e-9)
-    assert row["height"] == truth.lift[1] and row["tip_radius"] == 2e-3 and row["lay"] == 0.6
+    assert row["height"] == truth.height[1] and row["tip_radius"] == 2e-3 and row["lay"] == 0.6
 
 
 def test_measured_heights_and_random_ones_are_added(tmp_path):

@@ -740,7 +740,7 @@ class TestFunctions:
         surface = surfaces.constant(mu0)
         stage = Stage(response=response, eta=eta)
         slip = Slip(stage=stage, surface=surface, model=SlipModel.of(law, ratio))
-        rest = slip.rest(response.contact(0.0, start, 1))
+        rest = slip.follow(response.contact(0.0, start, 1))
         expected = np.nan if rest.lost else rest.x0
         assert float(found) == pytest.approx(expected, abs=2e-6, nan_ok=True)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 from scipy.special import lambertw
 
-from vibrissa.numerics.roots import bracketed_root, first_fall, first_reached, first_spent
+from vibrissa.numerics.roots import bracketed_root, first_fall, first_integral_fall, first_reached
 
 
 @given(st.lists(st.floats(1e-6, 50.0), min_size=1, max_size=5))
@@ -124,14 +124,14 @@ def filled(pieces, part):
     ],
 )
 def test_an_integral_is_spent_where_brute_force_finds_it(pieces, part):
-    found, expected = first_spent(bernstein(*pieces), part), filled(pieces, part)
+    found, expected = first_integral_fall(bernstein(*pieces), part), filled(pieces, part)
     # The distance of the points of the grid; near 1 the maximum is flat.
     assert found == pytest.approx(expected, abs=1e-3 if part > 0.99 else 3e-4, nan_ok=True)
 
 
 def test_an_integral_first_falls_where_its_rate_does():
     rate = bernstein([1, 0.5, 0.2], [0.2, 0.7, -1.3], [-1, -1, 3])
-    assert first_spent(rate, 1.0) == first_fall(rate)
+    assert first_integral_fall(rate, 1.0) == first_fall(rate)
 
 
 @given(
@@ -139,5 +139,5 @@ def test_an_integral_first_falls_where_its_rate_does():
     parts=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
 )
 def test_an_integral_falls_to_a_larger_part_earlier(pieces, parts):
-    low, high = (first_spent(bernstein(*pieces), part) for part in sorted(parts))
+    low, high = (first_integral_fall(bernstein(*pieces), part) for part in sorted(parts))
     assert np.isnan(low) or high <= low + 1e-12

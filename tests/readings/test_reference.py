@@ -21,7 +21,7 @@ FIRST = next(iter(STUDY.reading_chunks.values()))
 def read(chunk, **changes):
     """Rows of a chunk."""
     params = chunk.params | changes
-    return pa.concat_tables(read_chunk(**params, study=STUDY.name, **STUDY.read))
+    return pa.concat_tables(read_chunk(**params, study=STUDY.name, **STUDY.reading_settings))
 
 
 @pytest.fixture(scope="module")

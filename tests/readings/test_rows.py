@@ -39,7 +39,7 @@ def tables(tmp_path):
         path.write_text(text)
         study = read_study(path)
         return [
-            pa.concat_tables(read_chunk(**chunk.params, study=study.name, **study.read))
+            pa.concat_tables(read_chunk(**chunk.params, study=study.name, **study.reading_settings))
             for chunk in study.reading_chunks.values()
         ]
 

@@ -11,7 +11,7 @@ from vibrissa import Mounting, Status, solve_curve, solve_onset, stick_slip
 from vibrissa.errors import NoResponseError
 from vibrissa.outcomes import End, SlipLaw
 from vibrissa.scanning.cycles import as_far_as_possible, move, stage_maker
-from vibrissa.scanning.simulation import Outcome, Scan
+from vibrissa.scanning.scan import Outcome, Scan
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sticking.curve import failed_curve
 
@@ -57,6 +57,7 @@ def test_locked_scan_of_a_planar_rod_is_one_period_on_past_the_lock():
     end, ended = curve.motion_end(0.5)
     assert end is End.SNAPS
     assert curve.x0_lock < ended.x0 - 0.01 < scan.clamp[-1] <= ended.x0
+    assert f"it sticks until the clamp is at {scan.clamp[-1]:.6g} L" in scan.message
     assert scan.shapes().residual.max() < 1e-11
 
 

@@ -13,8 +13,9 @@ from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.scanning import SlipLaw, surfaces
-from vibrissa.scanning.heights import EXACT, respond_over
-from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
+from vibrissa.scanning.response_over_eta import EXACT, respond_over
+from vibrissa.scanning.scan import Outcome, TipPhase
+from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import Stage, path
 from vibrissa.sensor import Whisker, scan
 
@@ -134,11 +135,13 @@ def test_reactions_between_heights_are_those_that_are_solved():
         solved = respond(THETA, eta)
         x0 = np.linspace(solved.x0_pull + 1e-9, solved.x0_end - 1e-9, 40)
         states = heights().states(np.full(40, eta))
-        size = np.abs(solved(x0)).max()
-        assert np.abs(states(x0) - solved(x0)).max() < 0.1 * EXACT * size
+        size = np.abs(solved.reactions(x0)).max()
+        assert np.abs(states.reactions(x0) - solved.reactions(x0)).max() < 0.1 * EXACT * size
         # Towards the end the states stand more closely, as near a limit point.
-        assert states.slope(x0)[:-1] == pytest.approx(solved.slope(x0)[:-1], abs=1e-5)
-        assert heights().states(eta)(x0) == pytest.approx(states(x0), abs=1e-14)
+        assert states.reactions_slope(x0)[:-1] == pytest.approx(
+            solved.reactions_slope(x0)[:-1], abs=1e-5
+        )
+        assert heights().states(eta).reactions(x0) == pytest.approx(states.reactions(x0), abs=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -147,7 +150,7 @@ def test_reactions_between_heights_are_those_that_are_solved():
 )
 def test_a_stage_that_comes_too_near_or_goes_too_far_is_refused(angle, to, said):
     whisker = Whisker.read(THETA, ETA, stage_angle=angle)
-    with pytest.raises(ArgumentError, match=f"{said}, but they must lie between 0.02 L and 0.9999"):
+    with pytest.raises(ArgumentError, match=f"{said}, but its .* between 0.02 L and 0.9999"):
         scan(whisker, surfaces.constant(MU0), step="0.01", to=[to])
 
 
@@ -207,7 +210,7 @@ def test_a_recorded_position_at_which_the_rod_cannot_be_is_refused(wild, said):
     whisker = Whisker.read(THETA, ETA, stage_angle="3 deg")
     table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["0.2"]).to_pandas()
     table.loc[40, "footpoint"] = wild
-    with pytest.raises(NoResponseError, match=f"heights from .*{said}.*check the positions"):
+    with pytest.raises(NoResponseError, match=f"distances from .*{said}.*check the positions"):
         identified(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False)
 
 

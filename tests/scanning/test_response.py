@@ -11,9 +11,9 @@ from vibrissa.mechanics.bending import measure
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
 from vibrissa.outcomes import Contact
-from vibrissa.scanning import heights
-from vibrissa.scanning.heights import agrees
+from vibrissa.scanning import response_over_eta
 from vibrissa.scanning.response import Response
+from vibrissa.scanning.response_over_eta import agrees
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.onset import strains_in
 
@@ -33,14 +33,14 @@ def integral(response, start, stop):
     """Integrals of fx, fy and m over x0, on one smooth stretch."""
     nodes, weights = np.polynomial.legendre.leggauss(24)
     half = 0.5 * (stop - start)
-    return half * (weights @ response(start + half * (1.0 + nodes)))
+    return half * (weights @ response.reactions(start + half * (1.0 + nodes)))
 
 
 def test_pushed_it_is_the_sticking_curve(response):
     x0 = np.linspace(0.0, response.curve.x0_lock, 400)
     state = response.curve.state(x0)
     expected = np.array([state.reaction_fx, state.reaction_fy, state.reaction_m]).T
-    assert response(x0) == pytest.approx(expected, abs=1e-8)
+    assert response.reactions(x0) == pytest.approx(expected, abs=1e-8)
 
 
 @pytest.mark.parametrize("part", [0.02, 0.37, 0.71, 0.98])
@@ -49,11 +49,11 @@ def test_pulled_it_is_the_equilibrium(response, part):
     curve = response.curve
     state = solve_state(curve.theta, curve.eta, curve.x1_init - x0, contact_of(response))
     expected = [state.reaction_fx, state.reaction_fy, state.reaction_m]
-    assert response(x0) == pytest.approx(expected, abs=1e-7)
+    assert response.reactions(x0) == pytest.approx(expected, abs=1e-7)
 
 
 def test_pulling_ends_where_the_surface_would_have_to_pull(response):
-    fx, fy, _ = response(response.x0_pull)
+    fx, fy, _ = response.reactions(response.x0_pull)
     assert fx > 0.1
     assert fy == pytest.approx(0.0, abs=1e-7)
 
@@ -61,7 +61,7 @@ def test_pulling_ends_where_the_surface_would_have_to_pull(response):
 def test_the_work_of_the_clamp_bends_the_rod():
     response = respond(2.0, 0.85)
     x0 = np.array([0.0, 0.03, 0.1, 0.6 * response.x0_pull])
-    fx, fy, _ = response(x0).T
+    fx, fy, _ = response.reactions(x0).T
     x1, one = response.curve.x1_init - x0, np.ones_like(x0)
     bent = measure(2 * one, np.hypot(fx, fy), np.arctan2(fx, -fy), x1, 0.85 * one)
     work = [-integral(response, 0.0, end)[0] for end in x0]
@@ -84,7 +84,7 @@ def test_strongly_tapered_rod_in_line_contact_is_pulled_to_where_it_has_no_norma
 ):
     response = respond(theta, eta, "line")
     assert response.x0_pull == pytest.approx(pull, abs=5e-6)
-    fx, fy, _ = response(response.x0_pull)
+    fx, fy, _ = response.reactions(response.x0_pull)
     assert fx > 0.0 and fy == pytest.approx(0.0, abs=1e-9)
     # Near where the tip alone is left s_c runs steeply.
     tip = response.bounds[1]
@@ -92,7 +92,7 @@ def test_strongly_tapered_rod_in_line_contact_is_pulled_to_where_it_has_no_norma
         state = solve_state(theta, eta, response.x1_init - x0, "line")
         near = (state.s_c + 1e-6, -state.reaction_fy, state.reaction_fx)
         _, p, q = reference.solve_line_offset(theta, eta, response.x1_init - x0, near)
-        assert response(x0)[:2] == pytest.approx([q, -p], abs=1e-6 * q)
+        assert response.reactions(x0)[:2] == pytest.approx([q, -p], abs=1e-6 * q)
 
 
 @pytest.mark.parametrize("part", [0.15, 0.45, 0.6])
@@ -131,7 +131,7 @@ def test_a_response_has_the_mounting_where_the_clamp_pushes_and_pulls():
     for x0 in (0.8 * response.x0_pull, 0.5 * response.x0_lock):
         state = solve_state(2.0, 0.85, response.x1_init - x0, mounting=TILTED)
         expected = [state.reaction_fx, state.reaction_fy, state.reaction_m]
-        assert response(x0) == pytest.approx(expected, abs=1e-7)
+        assert response.reactions(x0) == pytest.approx(expected, abs=1e-7)
 
 
 @pytest.mark.slow
@@ -143,7 +143,7 @@ def test_a_tiny_last_piece_of_a_curve_is_left_out():
 
 
 def test_an_oblique_stage_has_no_response():
-    with pytest.raises(NoResponseError, match="a response at one height needs stage_angle 0"):
+    with pytest.raises(NoResponseError, match="a response at one distance needs stage_angle 0"):
         respond(2.0, 0.85, mounting=Mounting(stage_angle=0.01))
 
 
@@ -177,8 +177,8 @@ def parts_of(monkeypatch, low, high, fails):
             raise NoResponseError("no contact")
         return low, high
 
-    monkeypatch.setattr(heights, "interpolated", made)
-    return np.array(heights.respond_over(Whisker(theta=2.0, eta=0.6), low, high).parts)
+    monkeypatch.setattr(response_over_eta, "interpolated", made)
+    return np.array(response_over_eta.respond_over(Whisker(theta=2.0, eta=0.6), low, high).parts)
 
 
 def test_a_range_is_solved_in_parts_of_a_twentieth_around_the_height_of_the_rod(monkeypatch):
@@ -193,6 +193,8 @@ def test_a_range_is_solved_in_smaller_parts_where_these_are_resolved(monkeypatch
 
 
 def test_a_height_without_a_response_is_named(monkeypatch):
-    said = r"heights from 0\.6699\d* L to 0\.6703\d* L, where the response is not known: no contact"
+    said = (
+        r"distances from 0\.6699\d* L to 0\.6703\d* L, where the response is not known: no contact"
+    )
     with pytest.raises(NoResponseError, match=said):
         parts_of(monkeypatch, 0.6, 0.9, lambda low, high: low < 0.67 < high)

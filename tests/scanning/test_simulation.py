@@ -10,13 +10,14 @@ from scipy.optimize import brentq
 from responses import by_law, respond
 from steel import SENSOR
 from vibrissa import Mounting, stick_slip
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, EndedScanError
 from vibrissa.outcomes import RodSection
 from vibrissa.quantities.units import Units
 from vibrissa.scanning import surfaces
 from vibrissa.scanning.cycles import steady_travel
 from vibrissa.scanning.response import Response
-from vibrissa.scanning.simulation import Outcome, TipPhase, TipSide, simulate
+from vibrissa.scanning.scan import Outcome, TipPhase, TipSide
+from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.slip import Slip, SlipLaw, SlipModel
 from vibrissa.scanning.stage import Stage, path
 from vibrissa.sensor import Whisker, scan
@@ -72,10 +73,12 @@ def slip_of(response, mu0, law, ratio, damping=0.0):
 @pytest.mark.parametrize("mu0", [0.1, 0.4])
 def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
     onset = float(response.curve.onset(mu0))
-    pulled = brentq(lambda x0: response(x0) @ [1.0, mu0, 0.0], response.x0_pull, 0.0, xtol=1e-14)
+    pulled = brentq(
+        lambda x0: response.reactions(x0) @ [1.0, mu0, 0.0], response.x0_pull, 0.0, xtol=1e-14
+    )
     for start, end in ((onset + 0.01, onset), (1.2 * pulled, pulled)):
         slip = slip_of(response, mu0, SlipLaw.KINETIC, 1.0)
-        rest = slip.rest(response.contact(0.0, start, 1))
+        rest = slip.follow(response.contact(0.0, start, 1))
         assert rest.x0 == pytest.approx(end, abs=1e-9)
         assert rest.contact == pytest.approx(response.contact(0.0, end, 1), abs=1e-9)
 
@@ -84,7 +87,7 @@ def test_a_slip_that_goes_to_and_fro_too_often_is_refused_with_its_place(respons
     monkeypatch.setattr(Slip, "_settled", lambda self, contact, slide: False)
     slip = replace(slip_of(response, 0.1, SlipLaw.ENERGY, 0.5), clamp=0.25)
     with pytest.raises(ArgumentError, match=r"the clamp at 0\.25 L a slip has over 100 slides"):
-        slip.rest(response.contact(0.25, 0.02, 1))
+        slip.follow(response.contact(0.25, 0.02, 1))
 
 
 # --- Damping ---
@@ -95,17 +98,17 @@ def test_a_slip_that_goes_to_and_fro_too_often_is_refused_with_its_place(respons
 def test_a_slip_without_damping_is_one_of_energy_and_with_much_of_it_kinetic(response, mu0, ratio):
     begin = response.contact(0.0, float(response.curve.onset(mu0)) + 1e-3, 1)
     for law, damping in ((SlipLaw.ENERGY, 0.0), (SlipLaw.KINETIC, 50.0)):
-        found = slip_of(response, mu0, SlipLaw.DAMPED, ratio, damping).rest(begin)
-        assert found == slip_of(response, mu0, law, ratio).rest(begin)
+        found = slip_of(response, mu0, SlipLaw.DAMPED, ratio, damping).follow(begin)
+        assert found == slip_of(response, mu0, law, ratio).follow(begin)
 
 
 @pytest.mark.parametrize("mu0", [0.1, 0.3, 0.45])
 def test_more_damping_shortens_a_slip_and_takes_its_part_of_the_energy(response, mu0):
     begin = response.contact(0.0, float(response.curve.onset(mu0)), 1)
-    kinetic = slip_of(response, mu0, SlipLaw.KINETIC, 0.8).rest(begin)
+    kinetic = slip_of(response, mu0, SlipLaw.KINETIC, 0.8).follow(begin)
     fastest = kinetic.released - kinetic.dissipated
     zetas = [0.0, 1e-6, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0]
-    rests = [slip_of(response, mu0, SlipLaw.DAMPED, 0.8, zeta).rest(begin) for zeta in zetas]
+    rests = [slip_of(response, mu0, SlipLaw.DAMPED, 0.8, zeta).follow(begin) for zeta in zetas]
     contacts = [rest.contact for rest in rests] + [kinetic.contact]
     assert (np.diff(contacts) < 0.0).all()
     for zeta, rest in zip(zetas, rests, strict=True):
@@ -120,14 +123,14 @@ def test_a_tip_that_is_driven_again_on_its_way_loses_a_part_of_its_largest_energ
     friction = [0.4, 0.7, 0.1, 0.6]
     surface = surfaces.patches(edges, friction)
     slip = replace(slip_of(response, 0.4, SlipLaw.DAMPED, 0.5, 0.05), surface=surface)
-    found = slip.rest(begin)
+    found = slip.follow(begin)
     assert found.contact > begin + 0.02
     # The energy by the trapezoidal rule, patch by patch.
     energy, largest = 0.0, 0.0
     ends = [*edges[1:], found.contact]
     for low, high, mu0 in zip([begin, *edges[1:]], ends, friction, strict=True):
         contact = np.linspace(low, high, 4001)
-        fx, fy, _ = response(response.x1_init - contact).T
+        fx, fy, _ = response.reactions(response.x1_init - contact).T
         steps = np.diff(contact) * ((-fx + 0.5 * mu0 * fy)[1:] + (-fx + 0.5 * mu0 * fy)[:-1]) / 2
         along = energy + np.cumsum(steps)
         energy, largest = along[-1], max(largest, along.max())
@@ -169,7 +172,7 @@ def integral(response, start, stop):
     """Integrals of fx, fy and m over x0, on one smooth stretch."""
     nodes, weights = np.polynomial.legendre.leggauss(24)
     half = 0.5 * (stop - start)
-    return half * (weights @ response(start + half * (1.0 + nodes)))
+    return half * (weights @ response.reactions(start + half * (1.0 + nodes)))
 
 
 def unretracted(response):
@@ -421,6 +424,19 @@ def test_a_long_step_swings_and_slips_at_once(response):
     assert result.side.tolist() == ["ahead", "ahead", "behind", "behind"]
     assert result.x0 == pytest.approx([0.0, 0.4, 0.0, 0.001]) and result.period[-1] == 2
     assert (np.signbit(result.x0) == [False] * 4).all()
+
+
+def test_a_rod_that_swings_off_the_known_surface_keeps_its_steps():
+    rod, positions = respond(3.0, 0.85, "line"), path("0.01", ["0.85"])
+    whole = simulate(rod, surfaces.constant(0.9), positions)
+    (swing,) = np.flatnonzero(whole.phase == TipPhase.SWING)
+    edge = whole.contact[swing - 1 : swing + 1].mean()
+    with pytest.raises(EndedScanError, match="extend it") as ended:
+        simulate(rod, surfaces.profile([edge, 2.0], [0.9, 0.9]), positions)
+    found = ended.value.scan
+    assert found.outcome is Outcome.OUT_OF_REACH and "buckles laterally" in found.message
+    assert found.contact.tolist() == whole.contact[:swing].tolist()
+    assert found.periods.ends_by.tolist() == ["unknown"]
 
 
 def test_signals_go_on_past_the_swing():

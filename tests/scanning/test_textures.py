@@ -13,7 +13,8 @@ from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact
 from vibrissa.scanning import surfaces, textures
 from vibrissa.scanning.phase_locking import locking_of, settled_rests, travel_on_slope
-from vibrissa.scanning.simulation import Outcome, TipPhase, simulate
+from vibrissa.scanning.scan import Outcome, TipPhase
+from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.slip import SlipLaw
 from vibrissa.scanning.stage import path, stage_of
 from vibrissa.sensor import Whisker
@@ -88,7 +89,7 @@ def test_a_plane_of_constant_slope_is_an_oblique_stage_with_a_leaning_clamp(slop
     assert tangential == pytest.approx(expected.reactions[:, 0], abs=1e-7)
     assert normal == pytest.approx(-expected.reactions[:, 1], abs=1e-7)
     assert found.reactions[:, 2] == pytest.approx(expected.reactions[:, 2], abs=1e-7)
-    assert found.lift == pytest.approx(slope * found.contact)
+    assert found.height == pytest.approx(slope * found.contact)
     assert found.inclination == pytest.approx(gamma)
 
 
@@ -101,7 +102,7 @@ def test_a_slip_consumes_its_energy_on_its_way_over_crests():
     nodes, weights = np.polynomial.legendre.leggauss(80)
     x = begin + (end - begin) * 0.5 * (1.0 + nodes)
     states, x0 = found.stage.states(np.full(80, clamp), x, 1, texture.height(x))
-    fx, fy, _ = states(x0).T
+    fx, fy, _ = states.reactions(x0).T
     gamma = -np.arctan(texture.slope(x))
     tangential, normal = resolved(fx, fy, gamma)
     left = (-tangential - 0.8 * 0.3 * normal) / np.cos(gamma)
@@ -151,7 +152,7 @@ def test_a_tip_that_lifts_off_at_an_edge_lands_with_a_word():
         found = scanned(gap, path("0.0005", ["0.08"]), 0.3, law)
         assert "time in a slip the tip lifts off, first at x = 0.44 L" in found.message
         assert found.message.endswith("first at x = 0.44001 L")
-        assert found.lift.min() == pytest.approx(-1e-3)
+        assert found.height.min() == pytest.approx(-1e-3)
 
 
 def test_a_tip_that_lifts_off_and_never_lands_ends_the_scan_with_its_place():
@@ -249,7 +250,7 @@ def test_the_travel_between_locked_slips_follows_from_the_slope_of_rest():
     wavelength, positions = 0.025, path("0.00002", ["0.45"])
     found = scanned(textures.wave(1e-4, wavelength), positions)
     assert locking_of(found.periods.contact_rest[-6:-1], wavelength) == (1, 1)
-    slope, lift = -np.tan(found.inclination[-1]), found.lift[-1]
+    slope, lift = -np.tan(found.inclination[-1]), found.height[-1]
     states = Whisker(theta=THETA, eta=ETA - lift).response
     assert travel_on_slope(states, 0.3, slope) == pytest.approx(wavelength, abs=4e-5)  # two steps
     assert abs(travel_on_slope(states, 0.3, 0.0) - wavelength) > 1e-3
@@ -262,7 +263,7 @@ def test_short_kinetic_slips_lock_to_short_waves_in_the_same_way():
     wavelength, kappa, positions = 0.0086, 0.8, path("0.00002", ["0.25"])
     found = scanned(textures.wave(5e-6, wavelength), positions, law="kinetic", ratio=kappa)
     assert locking_of(found.periods.contact_rest[-6:-1], wavelength) == (1, 1)
-    slope, lift = -np.tan(found.inclination[-1]), found.lift[-1]
+    slope, lift = -np.tan(found.inclination[-1]), found.height[-1]
     states = Whisker(theta=THETA, eta=ETA - lift).response
     travel = travel_on_slope(states, 0.3, slope, kappa * 0.3)
     assert travel == pytest.approx(wavelength, abs=4e-5)  # two steps
@@ -381,7 +382,7 @@ def test_impossible_textures_are_refused(make, message):
 def test_scans_that_make_no_sense_are_refused():
     wave, positions = textures.wave(1e-4, 0.02), path("0.001", ["0.1"])
     surface = surfaces.constant(0.3).with_texture(wave)
-    with pytest.raises(ArgumentError, match="over a range of heights"):
+    with pytest.raises(ArgumentError, match="over a range of distances"):
         simulate(respond(THETA, ETA), surface, positions)
     lying = Whisker(theta=THETA, eta=ETA, contact=Contact.LINE)
     with pytest.raises(ArgumentError, match="must be 'point', not 'line'"):

@@ -97,7 +97,7 @@ def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
     ended = repr(scan(level, surfaces.constant(0.8), **asked))
     assert "with the clamp at 41.8 mm the rod buckles laterally" in ended
     inclined = Whisker.read(2.0, "99.98 mm", stage_angle="-0.05 rad", **steel)
-    with pytest.raises(ArgumentError, match=r"heights from 99\.98 mm to 100\.08 mm, but they must"):
+    with pytest.raises(ArgumentError, match=r"distances from 99\.98 mm to 100\.08 mm, but its"):
         scan(inclined, surfaces.constant(0.2), step="0.05 mm", to=["2 mm"])
     measured = surfaces.profile([0.0, 0.45], [0.3, 0.3])
     with pytest.raises(ArgumentError, match="known from x = 0 mm to 45 mm, but the tip"):

@@ -142,7 +142,7 @@ def test_a_recording_without_errors_is_a_scan_of_the_stated_rod(prior):
     # A surface that is longer than stated, in lengths of the rod.
     slopes = replace(prior.stated({"length": 0.1}), slope=Slope(deviation=0.01, length=0.05))
     rough, _ = readings_with(prior, slopes)
-    assert np.ptp(rough.scan.lift) > 1e-5
+    assert np.ptp(rough.scan.height) > 1e-5
     assert rough.scan.clamp[-1] == pytest.approx(WAY / 1.1)
 
 

@@ -76,7 +76,7 @@ def test_noise_of_the_profile_is_what_it_is_said_to_be():
     rows = found.line - found.line[0]
     for values, true, sizes in (
         (found.located.x, truth.contact, found.x_noise),
-        (found.height, truth.lift, found.height_noise),
+        (found.height, truth.height, found.height_noise),
     ):
         off = (values - true[rows]) / sizes
         assert 0.8 < off.std() < 1.2 and abs(off.mean()) < 0.4
@@ -124,7 +124,7 @@ def test_a_set_up_that_is_off_by_its_tolerance_shifts_the_profile_by_its_deviati
     # A rod of another length has the same surface in m.
     for values, true_values, both, noise in (
         (found.located.x, truth.contact, found.x_deviation, found.x_noise),
-        (found.height, truth.lift, found.height_deviation, found.height_noise),
+        (found.height, truth.height, found.height_deviation, found.height_noise),
     ):
         shift = np.abs(values - true_values[rows] * length / 0.1)
         alone = np.sqrt(both**2 - noise**2)
@@ -154,6 +154,6 @@ def test_the_command_writes_profile_and_picture(tmp_path):
     assert result.exit_code == 0, result.output
     written = series.read(tmp_path / "profile.csv", ["x", "height", "height_deviation"])
     assert written.units["height"] == "m"
-    off = written.columns["height"] - 0.1 * truth.lift[: len(written.columns["x"])]
+    off = written.columns["height"] - 0.1 * truth.height[: len(written.columns["x"])]
     assert (np.abs(off) < 5.0 * written.columns["height_deviation"]).all()
     assert (tmp_path / "profile.png").stat().st_size > 5000

@@ -285,11 +285,11 @@ def test_cycles_of_an_oblique_stage_end_where_the_tip_does_not_slip_any_more():
     leaving = curve(2.0, 0.85, Mounting(stage_angle=-0.3))
     scan = stick_slip(leaving, 0.3, 0.01, 20)
     assert scan.cycle[-1] == 4 and scan.phase[-1] == "stick" and scan.status is Status.LOCK
-    assert scan.outcome == "out_of_reach" and "to heights from 0.85 L to 1.0" in scan.message
+    assert scan.outcome == "out_of_reach" and "to distances from 0.85 L to 1.0" in scan.message
     assert curve(2.0, 0.906149, leaving.mounting).mu_lock < 0.3
     scan = stick_slip(curve(2.0, 0.9, Mounting(stage_angle=-0.5)), 0.01, 0.25, 20)
     assert scan.outcome == "out_of_reach" and scan.slips == 0
-    assert "to heights from 0.9 L to 1.01986 L, but they must lie between" in scan.message
+    assert "to distances from 0.9 L to 1.01986 L, but its distance to" in scan.message
 
 
 def test_shooting_knows_the_ideal_mounting_alone():

@@ -49,7 +49,7 @@ def scans_of(study, name):
     return [
         (theta, dx0, variant, law)
         for chunk in study.scan_chunks.values()
-        if chunk.scan == name
+        if chunk.scan_name == name
         for theta in chunk.axes["theta"]
         for dx0 in chunk.axes["dx0"]
         for variant in chunk.surfaces

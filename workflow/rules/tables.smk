@@ -18,8 +18,8 @@ rule chunk:
         * STUDY.chunks[wildcards.chunk].minutes(STUDY.method.by_step),
     params:
         study=STUDY.name,
-        points=lambda wildcards: STUDY.chunks[wildcards.chunk].params,
-        solver=STUDY.solved,
+        chunk=lambda wildcards: STUDY.chunks[wildcards.chunk].params,
+        solver=STUDY.solver_settings,
         # Stored in the file: rule `stiction` refuses a chunk of another study file.
         study_part=lambda wildcards: STUDY.chunk_part(wildcards.chunk),
         code=SOLVING_CODE,
@@ -72,8 +72,8 @@ rule scan_chunk:
         * STUDY.scan_chunks[wildcards.scan_chunk].minutes(),
     params:
         study=STUDY.name,
-        scans=lambda wildcards: STUDY.scan_chunks[wildcards.scan_chunk].params,
-        solver=STUDY.solved,
+        chunk=lambda wildcards: STUDY.scan_chunks[wildcards.scan_chunk].params,
+        solver=STUDY.solver_settings,
         # Stored in the files: rules `scans` and `periods` refuse chunks of another study file.
         study_part=lambda wildcards: STUDY.scan_chunk_part(wildcards.scan_chunk),
         code=SCANNING_CODE,
@@ -150,8 +150,8 @@ rule reading_chunk:
         * STUDY.reading_chunks[wildcards.reading_chunk].minutes(),
     params:
         study=STUDY.name,
-        recordings=lambda wildcards: STUDY.reading_chunks[wildcards.reading_chunk].params,
-        solver=STUDY.read,
+        chunk=lambda wildcards: STUDY.reading_chunks[wildcards.reading_chunk].params,
+        solver=STUDY.reading_settings,
         # Stored in the file: rule `friction` refuses a chunk of another study file.
         study_part=lambda wildcards: STUDY.reading_chunk_part(wildcards.reading_chunk),
         code=READING_CODE,

@@ -6,5 +6,5 @@ from vibrissa.tables import schemas, store
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
-    batches = read_chunk(**params.recordings, study=params.study, **params.solver)
+    batches = read_chunk(**params.chunk, study=params.study, **params.solver)
     store.write_batches(batches, schemas.FRICTION, snakemake.output[0], params.study_part)

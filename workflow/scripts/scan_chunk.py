@@ -12,7 +12,7 @@ periods = []
 def steps(params):
     """Yield the steps of each scan, and keep its periods."""
     solver = SolverSettings(**params.solver)
-    for found in computed_scans(**params.scans, study=params.study, solver=solver):
+    for found in computed_scans(**params.chunk, study=params.study, solver=solver):
         periods.append(found.periods)
         yield found.steps
 

@@ -130,7 +130,7 @@ def identify(
     # Without the model, the positions may lead to heights that no rod has.
     if (found.by_model or found.beside is not None) and slips.any():
         # The rod bends most at its least height.
-        lowest = setup.whisker.level(float(setup.whisker.height(periods.footpoint[slips]).min()))
+        lowest = setup.whisker.level(float(setup.whisker.distance(periods.footpoint[slips]).min()))
         onset = float(lowest.curve.onset(periods.mu0[slips].max()))
         warn(lowest, onset if np.isfinite(onset) else lowest.curve.x0_lock, material)
 

@@ -10,7 +10,7 @@ from vibrissa import sensor
 from vibrissa.cli.options import SETUP, Out, command, hand_out, option
 from vibrissa.cli.warnings import material_of, warn, with_modulus
 from vibrissa.scanning import SlipLaw
-from vibrissa.scanning.simulation import TipSide
+from vibrissa.scanning.scan import TipSide
 from vibrissa.sensor import Setup
 from vibrissa.sensor.surface_texts import read_heights, read_surface
 from vibrissa.sensor.transducer import transducer_of
@@ -126,7 +126,7 @@ def scan(
     hand_out(signals, f"{output}: {signals}", output)
     # The rod bends most at its least height.
     truth = signals.truth
-    lowest = whisker.level(float((whisker.height(truth.clamp) - truth.lift).min()))
+    lowest = whisker.level(float((whisker.distance(truth.clamp) - truth.height).min()))
     # A tip behind the clamp has the mirror image of a state whose x0 has the other sign.
     x0 = np.where(signals.truth.side == TipSide.BEHIND, -1.0, 1.0) * signals.truth.x0
     warn(lowest, float(x0.max()), material, float(x0.min()))

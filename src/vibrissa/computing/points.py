@@ -36,15 +36,14 @@ def solved_points(
     Yields tables of the schema `STICTION`, with rows in the order `ROW_ORDER`.
     """
     rods = rods_of(axes, solver.method.by_step)
-    each = number_of_points(axes) // len(rods)
+    points_of_rod = number_of_points(axes) // len(rods)
     for first in range(0, len(rods), CURVES_AT_ONCE):
-        some = rods[first : first + CURVES_AT_ONCE]
-        curves = solve(some, solver)
-        rows = np.arange(first * each, (first + len(some)) * each)
+        curves = solve(rods[first : first + CURVES_AT_ONCE], solver)
+        rows = np.arange(first * points_of_rod, (first + len(curves)) * points_of_rod)
         yield points_table(grid, axes, rows, curves, study, solver.frequencies)
 
 
-def solved_rows(
+def solved_points_of_file(
     grid: str,
     file: str,
     common: Mapping[str, Value],
@@ -71,10 +70,11 @@ def solved_rows(
     if table.digest([row for rows in chosen for row in rows]) != content:
         raise StudyError(f"{file} has changed since the run began; run the same command again")
     for begin in range(0, len(chosen), CURVES_AT_ONCE):
-        some = chosen[begin : begin + CURVES_AT_ONCE]
-        keys = columns_of(table.at([row for rows in some for row in rows]))
-        curves = solve([table.rod(rows, by_step) for rows in some], solver)
-        yield _rows_table(grid, keys, list(map(len, some)), curves, study, solver.frequencies)
+        together = chosen[begin : begin + CURVES_AT_ONCE]
+        axes = columns_of(table.at([row for rows in together for row in rows]))
+        curves = solve([table.rod(rows, by_step) for rows in together], solver)
+        counts = [len(rows) for rows in together]
+        yield _rows_table(grid, axes, counts, curves, study, solver.frequencies)
 
 
 def points_table(
@@ -89,14 +89,14 @@ def points_table(
 
     `frequencies` is the number of natural frequencies to compute at each onset of slip.
     """
-    each = [len(rows) // len(curves)] * len(curves)
-    return _rows_table(grid, columns_at(axes, rows), each, curves, study, frequencies)
+    counts = [len(rows) // len(curves)] * len(curves)
+    return _rows_table(grid, columns_at(axes, rows), counts, curves, study, frequencies)
 
 
 def _rows_table(
     grid: str,
-    keys: Mapping[str, Any],
-    each: Sequence[int],
+    axes: Mapping[str, Any],
+    counts: Sequence[int],
     curves: Sequence[StickingCurve],
     study: str,
     frequencies: int,
@@ -105,28 +105,28 @@ def _rows_table(
 
     Parameters
     ----------
-    keys : mapping
+    axes : mapping
         Columns of the axes, as `vibrissa.study.chunks.columns_of` returns them.
-    each : sequence of int
+    counts : sequence of int
         Number of points on each path; the points of a path follow each other.
     """
-    rows, ends = range(sum(each)), np.cumsum(each)[:-1]
-    index = np.repeat(np.arange(len(curves)), each)
-    steps = {step: exact(step) for step in keys["dx0"].tolist()}
-    dx0 = [[steps[step] for step in part.tolist()] for part in np.split(keys["dx0"], ends)]
-    periods = read_curves(curves, np.split(keys["mu0"], ends), dx0)
+    ends = np.cumsum(counts)[:-1]
+    curve_of_point = pa.array(np.repeat(np.arange(len(curves)), counts))
+    steps = {step: exact(step) for step in axes["dx0"].tolist()}
+    dx0 = [[steps[step] for step in part.tolist()] for part in np.split(axes["dx0"], ends)]
+    periods = read_curves(curves, np.split(axes["mu0"], ends), dx0)
 
     def of_curves(name: str, kind: pa.DataType = NUMBER) -> pa.Array:
         """Repeat an attribute of each path for all its points; NaN becomes null."""
         values = [getattr(curve, name) for curve in curves]
-        return array(np.array(values) if kind == NUMBER else values, kind).take(pa.array(index))
+        return array(np.array(values) if kind == NUMBER else values, kind).take(curve_of_point)
 
     status = np.array(periods.status, dtype=object)
     known = pa.array((status == Status.SLIP) | (status == Status.LOCK))
     columns = {
-        **keys,
-        "study": pa.repeat(study, len(rows)),
-        "grid": pa.repeat(grid, len(rows)),
+        **axes,
+        "study": pa.repeat(study, sum(counts)),
+        "grid": pa.repeat(grid, sum(counts)),
         "method": of_curves("method", TEXT),
         "status": status,
         "message": pc.if_else(known, "", of_curves("message", TEXT)),
@@ -139,7 +139,7 @@ def _rows_table(
         **state_values(periods.init, "_init"),
         **state_values(periods.last, "_last"),
         **state_values(periods.slip, "_slip"),
-        **frequency_values(_at_onsets(curves, each, periods.slip, frequencies)),
+        **frequency_values(_at_onsets(curves, counts, periods.slip, frequencies)),
         "ends_by": [end or None for end in periods.end],
         "x0_end": periods.ended.x0,
         **state_values(periods.ended, "_end"),
@@ -153,22 +153,22 @@ def _rows_table(
 
 
 def _at_onsets(
-    curves: Sequence[StickingCurve], each: Sequence[int], slip: StickingState, count: int
+    curves: Sequence[StickingCurve], counts: Sequence[int], slip: StickingState, most: int
 ) -> FloatArray:
-    """Compute natural frequencies at the onsets of slip, shape (n, count).
+    """Compute `most` natural frequencies at the onsets of slip, shape (n, most).
 
-    The n onsets belong to the curves in their order; `each` has the number of each curve.
+    The n onsets belong to the curves in their order; `counts` has the number of each curve.
     """
-    found = np.full((len(slip), count), np.nan)
-    if count:
-        stops = np.cumsum(each)
-        for curve, number, stop in zip(curves, each, stops, strict=True):
-            rows = slice(stop - number, stop)
+    found = np.full((len(slip), most), np.nan)
+    if most:
+        stops = np.cumsum(counts)
+        for curve, count, stop in zip(curves, counts, stops, strict=True):
+            rows = slice(stop - count, stop)
             # Points that differ only in Δx0 have the same onset.
             onsets, which = np.unique(slip.x0[rows], return_index=True, return_inverse=True)[1:]
-            some = slip.take(rows).take(onsets)
+            states = slip.take(rows).take(onsets)
             values = state_frequencies(
-                curve.theta, curve.mounting, some, some.s_c < 1.0, count, TipMotion.STICKS
+                curve.theta, curve.mounting, states, states.s_c < 1.0, most, TipMotion.STICKS
             )
             found[rows] = values[which]
     return found

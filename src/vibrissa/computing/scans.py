@@ -16,7 +16,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Solver, TipMotion
 from vibrissa.scanning.cycles import move, stage_maker
 from vibrissa.scanning.response import LOADS
-from vibrissa.scanning.simulation import Outcome, Scan, TipPhase, TipSide
+from vibrissa.scanning.scan import Outcome, Scan, TipPhase, TipSide
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
@@ -36,7 +36,7 @@ class ScanTables(NamedTuple):
 
 
 def computed_scans(
-    scan: str,
+    scan_name: str,
     axes: Mapping[str, Values],
     surfaces: Sequence[Variant],
     laws: Sequence[Mapping[str, Any]],
@@ -58,12 +58,12 @@ def computed_scans(
         (curve,) = solve([rod], solver, retract=True)
         for (variant, surface), law in product(zip(surfaces, made, strict=True), laws):
             point = {**rod, **variant, **law}
-            found = scan_of(point, curve, surface, to=to, cycles=cycles)
-            print(scan, spelled(point), found.status, found.message)
+            scan = scan_of(point, curve, surface, to=to, cycles=cycles)
+            print(scan_name, spelled(point), scan.status, scan.message)
             yield scan_tables(
-                scan,
+                scan_name,
                 point,
-                found,
+                scan,
                 study=study,
                 method=solver.method,
                 shapes=shapes,
@@ -107,7 +107,7 @@ def scan_of(
 
 
 def scan_tables(
-    name: str,
+    scan_name: str,
     point: Mapping[str, Any],
     scan: Scan,
     *,
@@ -131,7 +131,7 @@ def scan_tables(
         Number of natural frequencies to compute at each step.
     """
     same = {
-        **{"study": study, "method": method, "scan": name},
+        **{"study": study, "method": method, "scan": scan_name},
         **axis_columns(point),
         **{"status": scan.status, "message": scan.message},
     }
@@ -161,7 +161,7 @@ def _steps(
 ) -> dict[str, Any]:
     rows = slice(None) if each_step else slice(-1, None)
     # Numbers of steps and x0 are counted from the slip before.
-    cycle, step, since = scan.cycle[rows], scan.step[rows], scan.since[rows]
+    cycle, step, x0 = scan.cycle[rows], scan.step[rows], scan.x0_along_stage[rows]
     scan = scan.take(rows)
     state = scan.state
     columns = {
@@ -172,11 +172,11 @@ def _steps(
         "footpoint": scan.clamp,
         "x1": scan.contact,
         "mu0_tip": scan.mu0,
-        "height": scan.lift,
+        "height": scan.height,
         "inclination": scan.inclination,
         "apparent_friction": scan.apparent_friction,
         **state_values(state),
-        "x0": since,
+        "x0": x0,
         # As commands and notebooks report them; the state has them to rounding.
         **dict(zip(LOADS, scan.reactions.T, strict=True)),
         **frequency_values(_frequencies(point, state, frequencies)),
@@ -223,7 +223,7 @@ def _periods(scan: Scan) -> dict[str, Any]:
         "x1_rest": periods.contact_rest,
         "slip_length": periods.slip_length,
         "mu0_tip": periods.mu0,
-        "height": periods.lift,
+        "height": periods.height,
         "inclination": periods.inclination,
         "apparent_friction": periods.apparent_friction,
         "x0_onset": periods.x0_onset,

@@ -128,7 +128,7 @@ def _limits(
     shortest = pair.shortest
     yield Limit("steps", shortest * length / r.step, r.steps, upper=False)
     # The two loads in which `identify` finds slips.
-    fall = np.ptp(pair.response([0.0, shortest]), axis=0)
+    fall = np.ptp(pair.response.reactions([0.0, shortest]), axis=0)
     seen = (FORCES[0], MOMENT)
     fx, m = (fall[i] * units[CHANNEL_KINDS[i]] / r.noise[i] for i in seen)
     yield Limit("slips", np.hypot(fx, m) / FALL, CLEARLY, upper=False)

@@ -127,7 +127,7 @@ class Pair:
     @cached_property
     def reactions(self) -> FloatArray:
         """Clamp reactions fx, fy and m at 129 places in the longest period, shape (129, 3)."""
-        return self.response(self.longest * PLACES)
+        return self.response.reactions(self.longest * PLACES)
 
     @cached_property
     def demand_slope(self) -> FloatArray:
@@ -187,8 +187,8 @@ def survey(
 def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sensitivity:
     """Compute the sensitivity of readings and friction in k periods that end at x0 = `end` (L)."""
     x0 = end[:, None] * NODES
-    at_nodes = response(x0)
-    slope = response.slope(x0)
+    at_nodes = response.reactions(x0)
+    slope = response.reactions_slope(x0)
     steps, curves = _neighbours(response.curve, contact)
     near = {name: _loads(curve, x0) for name, curve in curves.items()}
     of_rod = derivatives(at_nodes, near, steps)

@@ -14,7 +14,7 @@ from vibrissa.figures.series import Series
 from vibrissa.figures.style import SURFACE, THIN
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.study.axes import FREQUENCIES
-from vibrissa.tables.frames import swung_aside
+from vibrissa.tables.frames import laterally_buckled
 
 FIRST_STEPS = ("footpoint", "cycle", "phase", "stability_aside", "s_c")
 MARGINS = {"stability": "in the plane", "stability_aside": "out of the plane"}
@@ -101,7 +101,7 @@ def ringing(rows: pd.DataFrame) -> Figure:
 def swing(rows: pd.DataFrame) -> Figure:
     """Shapes of a rod in space before, during and after lateral buckling."""
     steps = _first_period(rows)
-    swung = swung_aside(steps)
+    swung = laterally_buckled(steps)
     if not swung.any() or swung.all():
         return style.message("the scan has no states after lateral buckling")
     last = steps[~swung].iloc[-1]

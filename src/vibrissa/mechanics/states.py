@@ -217,7 +217,7 @@ class ContactState(ContactLoads):
         Margin of stability in the plane (`vibrissa.mechanics.stability`): positive where the
         equilibrium is stable; NaN if the solver was shooting.
     stability_aside : ndarray or float
-        Margin out of the plane (`vibrissa.mechanics.aside`): positive where the rod stays in its
+        Margin out of the plane (`vibrissa.mechanics.lateral`): positive where the rod stays in its
         plane; NaN if the solver was shooting, and for a planar section.
     """
 

@@ -120,7 +120,7 @@ def first_fall(function: "BPoly") -> float:
     return float("nan")
 
 
-def first_spent(rate: "BPoly", part: float) -> float:
+def first_integral_fall(rate: "BPoly", part: float) -> float:
     """Find where an integral first falls to a part of its largest value so far; NaN if nowhere.
 
     Parameters

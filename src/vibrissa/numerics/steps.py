@@ -1,7 +1,7 @@
 """The step grid: footpoint displacements that are whole multiples of an exact Δx0.
 
 Where a step ends on the onset of slip, up to rounding, the tip still sticks: see `passes`. A scan
-over heights, whose states are interpolated, allows more: `accuracy` in `vibrissa.scanning.heights`.
+whose states are interpolated over η allows more: `accuracy` in `vibrissa.scanning.response`.
 """
 
 from decimal import Decimal

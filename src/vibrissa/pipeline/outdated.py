@@ -1,7 +1,8 @@
-"""Find results that this code does not make from this study file.
+"""Outdated results: those that this code would not make from this study file.
 
-Tables carry what made them (`vibrissa.tables.store`); captions and report have a mark. So results
-are judged wherever they come from, and whatever Snakemake has recorded of them.
+A run makes them again (`to_make_again`); check and archive refuse them (`need_current`). Tables
+carry what made them (`vibrissa.tables.store`); captions and report have a mark. So results are
+judged wherever they come from, and whatever Snakemake has recorded of them.
 """
 
 import re

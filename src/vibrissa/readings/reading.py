@@ -14,9 +14,9 @@ from vibrissa.mechanics.bending import measure
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Method, ReadingStatus, RodSection, Status
 from vibrissa.quantities.units import Kind, Quantity
-from vibrissa.scanning.cycles import MakesStage, move
-from vibrissa.scanning.rods import height_at
-from vibrissa.scanning.simulation import Scan
+from vibrissa.scanning.cycles import StageMaker, move
+from vibrissa.scanning.rods import distance_at
+from vibrissa.scanning.scan import Scan
 from vibrissa.scanning.slip import SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.deviations import Deviations, Prior, Recorded, recorded
@@ -96,11 +96,11 @@ class Bench:
         deviations = self.deviations(generator)
         return recorded(self.prior, deviations, self.surface, ends, self._moved, generator)
 
-    def _moved(self, stage: MakesStage, surface: Surface, scale: float) -> Scan:
+    def _moved(self, make_stage: StageMaker, surface: Surface, scale: float) -> Scan:
         """Move the clamp over the surface, or up to where the tip leaves its known part."""
         try:
             return move(
-                stage,
+                make_stage,
                 surface,
                 self.dx0 * scale,
                 to=None if self.to is None else [turn * scale for turn in self.to],
@@ -323,7 +323,7 @@ def largest_stress_of(found: Recorded) -> float:
     last = np.append(np.flatnonzero(np.diff(scan.period)), len(scan) - 1)
     rows = scan.take(last)
     state, stage = rows.state, scan.stage
-    across = height_at(rows.clamp, stage.eta, stage.angle) - rows.lift
+    across = distance_at(rows.clamp, stage.eta, stage.angle) - rows.height
     along = rows.contact - stage.along(rows.clamp) - (1.0 - state.s_c)
     theta = np.full(len(rows), whisker.theta)
     bending = measure(theta, state.f, state.alpha, along, across, state.s_c, whisker.mounting)

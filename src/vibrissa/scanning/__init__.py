@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from vibrissa.scanning.cycles import stick_slip as stick_slip
     from vibrissa.scanning.periods import Periods as Periods
     from vibrissa.scanning.rods import MountedRod as MountedRod
-    from vibrissa.scanning.simulation import Outcome as Outcome
-    from vibrissa.scanning.simulation import Scan as Scan
+    from vibrissa.scanning.scan import Outcome as Outcome
+    from vibrissa.scanning.scan import Scan as Scan
     from vibrissa.scanning.simulation import simulate as simulate
     from vibrissa.scanning.slip import SlipLaw as SlipLaw
     from vibrissa.scanning.slip import SlipModel as SlipModel
@@ -31,7 +31,8 @@ __getattr__, __all__ = attached(
         "cycles": "move stage_maker stick_slip",
         "periods": "Periods",
         "rods": "MountedRod",
-        "simulation": "Outcome Scan simulate",
+        "scan": "Outcome Scan",
+        "simulation": "simulate",
         "slip": "SlipLaw SlipModel",
         "stage": "path stage_of",
         # Last, as the reference documents the members of a module where it is listed.

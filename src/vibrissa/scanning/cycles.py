@@ -18,7 +18,8 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import step_position
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import MountedRod
-from vibrissa.scanning.simulation import Outcome, Scan, simulate
+from vibrissa.scanning.scan import Outcome, Scan
+from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.slip import FREE_SLIP, Slip, SlipLaw, SlipModel
 from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
@@ -30,7 +31,7 @@ from vibrissa.sticking.curve import StickingCurve
 SPARE = 1.25
 
 
-class MakesStage(Protocol):
+class StageMaker(Protocol):
     """Makes the stage of a rod for positions of the clamp (L) and heights of a surface."""
 
     def __call__(self, positions: FloatArray, texture: Texture | None) -> Stage:
@@ -52,7 +53,7 @@ def stick_slip(
     Parameters
     ----------
     curve : StickingCurve
-        Sticking curve of the rod at its first height.
+        Sticking curve of the rod at its first distance.
     mu0, dx0 : Decimal or float
         Coefficient of static friction, and step of the clamp (L).
     cycles : int
@@ -98,27 +99,27 @@ def stick_slip(
     )
 
 
-def stage_maker(curve: StickingCurve) -> MakesStage:
+def stage_maker(curve: StickingCurve) -> StageMaker:
     """Return a function that makes the stage of a rod.
 
     Parameters
     ----------
     curve : StickingCurve
-        A curve with states; on an oblique stage, that of the rod's first height.
+        A curve with states; on an oblique stage, that of the rod's first distance.
     """
     rod = MountedRod.of(curve)
     level = Stage(response=Response(curve=curve), eta=curve.eta)
 
-    def stage(positions: FloatArray, texture: Texture | None) -> Stage:
+    def make_stage(positions: FloatArray, texture: Texture | None) -> Stage:
         if texture is None and not rod.mounting.stage_angle:
             return level
         return stage_of(rod, positions, texture=texture)
 
-    return stage
+    return make_stage
 
 
 def move(
-    stage: MakesStage,
+    make_stage: StageMaker,
     surface: Surface,
     step: Decimal | float | str,
     *,
@@ -132,7 +133,7 @@ def move(
 
     Parameters
     ----------
-    stage : callable
+    make_stage : callable
         Makes the stage for given clamp positions (L) and heights, as `stage_maker` returns it.
     surface : Surface
     step : Decimal or float or str
@@ -146,20 +147,20 @@ def move(
     tip_radius : float
         Radius of a ball at the tip, which traces the heights of the surface (L).
     as_far : bool
-        Whether to return the scan up to where the rod comes to a height without states, or the tip
-        to an unknown part of the surface; else that is an error.
+        Whether to return the scan up to where the rod comes to a distance without states, or the
+        tip to an unknown part of the surface; else that is an error.
 
     Raises
     ------
     ArgumentError
         If an argument is out of range, or the tip leaves the known part of the surface.
     NoResponseError
-        If the turning points take the rod to heights at which its states are not known; with
+        If the turning points take the rod to distances at which its states are not known; with
         `as_far`, if the first step does.
     """
     if (to is None) == (cycles is None):
         raise ArgumentError("a scan needs either 'to' or 'cycles'")
-    motion = Motion(stage=stage, surface=surface, model=model, tip_radius=tip_radius)
+    motion = Motion(make_stage=make_stage, surface=surface, model=model, tip_radius=tip_radius)
     try:
         if cycles is not None:
             return until_slips(motion, exact(step), cycles)
@@ -177,7 +178,7 @@ def move(
 class Motion:
     """All inputs of a scan but the positions of its clamp; see `move`."""
 
-    stage: MakesStage
+    make_stage: StageMaker
     surface: Surface
     model: SlipModel
     tip_radius: float
@@ -185,7 +186,7 @@ class Motion:
     def scan(self, positions: FloatArray, slips: int | None = None) -> Scan:
         """Simulate a scan through positions of the clamp (L), or its first slips."""
         traced = self.surface.traced(self.tip_radius, positions)
-        stage = self.stage(positions, traced.texture)
+        stage = self.make_stage(positions, traced.texture)
         return simulate(stage, traced, positions, self.model, slips)
 
 
@@ -193,32 +194,33 @@ def until_slips(motion: Motion, dx0: Decimal, slips: int) -> Scan:
     """Move the clamp forward in steps of Δx0 (L) until the tip has slipped a number of times.
 
     The path is made longer until it suffices. It ends where the stage takes the rod to
-    heights at which its states are not known.
+    distances at which its states are not known.
     """
-    enough, refused = 0, 0
-    found, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
-    while refused != enough + 1:
-        steps = (enough + refused) // 2 if refused else _more_steps(found, enough, slips)
+    scan, reason = Scan.without_rows(Outcome.OUT_OF_REACH, ""), ""
+    # Steps of the longest path with known states so far, and of the shortest one without.
+    known, unknown = 0, None
+    while unknown is None or unknown > known + 1:
+        steps = _more_steps(scan, known, slips) if unknown is None else (known + unknown) // 2
         try:
-            found = motion.scan(step_position(np.arange(steps + 1), dx0), slips)
+            scan = motion.scan(step_position(np.arange(steps + 1), dx0), slips)
         except NoResponseError as error:
-            refused, reason = steps, str(error)
+            unknown, reason = steps, str(error)
             continue
-        if len(found) <= steps or found.slips == slips:
-            return found
-        enough = steps
-        if enough > MOST_STEPS:
+        if len(scan) <= steps or scan.slips == slips:
+            return scan
+        known = steps
+        if known > MOST_STEPS:
             raise ArgumentError(f"dx0 is too small: a scan has {MOST_STEPS:,} steps at most")
-    return replace(found, outcome=Outcome.OUT_OF_REACH, message=reason)
+    return replace(scan, outcome=Outcome.OUT_OF_REACH, message=reason)
 
 
-def _more_steps(found: Scan, steps: int, slips: int) -> int:
+def _more_steps(scan: Scan, steps: int, slips: int) -> int:
     """Estimate the steps that suffice for a number of slips, from a scan of fewer `steps`."""
     least = max(2 * steps, slips)
-    # On an oblique stage a longer path takes the rod to more heights, which must be solved.
-    if found.stage is None or found.stage.angle or not found.slips:
+    # On an oblique stage a longer path takes the rod to more distances, which must be solved.
+    if scan.stage is None or scan.stage.angle or not scan.slips:
         return least
-    return max(least, ceil(SPARE * steps * slips / found.slips))
+    return max(least, ceil(SPARE * steps * slips / scan.slips))
 
 
 def as_far_as_possible(
@@ -226,7 +228,7 @@ def as_far_as_possible(
     step: Decimal | float | str,
     to: Sequence[Decimal | float | str],
 ) -> Scan:
-    """Scan a path, or as many of its first steps as take the rod to heights with known states.
+    """Scan a path, or as many of its first steps as take the rod to distances with known states.
 
     Parameters
     ----------
@@ -300,7 +302,6 @@ def steady_travel(response: Response, mu0: float, model: SlipModel) -> float:
     if np.isnan(onset):
         raise ArgumentError(f"the tip does not slip at mu0 = {mu0!r}: it is self-locking")
     stage = Stage(response=response, eta=response.curve.eta)
-    rest = Slip(stage=stage, surface=constant(mu0), model=model).rest(
-        response.contact(0.0, onset, 1)
-    )
-    return onset - rest.x0 if rest.lost is None else np.nan
+    slip = Slip(stage=stage, surface=constant(mu0), model=model)
+    end = slip.follow(response.contact(0.0, onset, 1))
+    return onset - end.x0 if end.lost is None else np.nan

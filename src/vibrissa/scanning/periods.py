@@ -9,8 +9,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.scanning.slip import Rest
-from vibrissa.scanning.stage import Stage
+from vibrissa.scanning.slip import SlipEnd
 from vibrissa.scanning.surfaces import Footing
 from vibrissa.scanning.tip import Tip
 
@@ -55,7 +54,7 @@ class Period(NamedTuple):
         Clamp position during the slip (L); NaN without a slip.
     footing : Footing or None
         Place of the tip after the slip; None if it did not come to rest.
-    rest : Rest or None
+    slip_end : SlipEnd or None
         Where the slip ends, and its energies; None if the tip did not come to rest.
     """
 
@@ -65,7 +64,7 @@ class Period(NamedTuple):
     ends_by: EndsBy
     clamp: float = np.nan
     footing: Footing | None = None
-    rest: Rest | None = None
+    slip_end: SlipEnd | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -92,7 +91,7 @@ class Periods(Batch):
         1 for a tip ahead of the clamp, −1 for a tip behind it, at the end of the period.
     mu0 : ndarray, shape (n,)
         Coefficient of static friction under the tip.
-    lift, inclination : ndarray, shape (n,)
+    height, inclination : ndarray, shape (n,)
         Height of the surface under the tip (L), and its inclination γ (rad), as in `Scan`.
     x0_onset, x0_rest : ndarray, shape (n,)
         Displacement from the α = 0 state at `onset`, and after the slip (L).
@@ -115,7 +114,7 @@ class Periods(Batch):
     contact_rest: FloatArray
     side: IntArray
     mu0: FloatArray
-    lift: FloatArray
+    height: FloatArray
     inclination: FloatArray
     x0_onset: FloatArray
     x0_rest: FloatArray
@@ -147,63 +146,60 @@ def periods_of(ends: Sequence[Period], clamp: FloatArray) -> Periods:
     onset = np.array([end.until for end in ends])
     side = np.array([tip.side for tip in tips], dtype=np.int64)
     contact = np.array([tip.contact for tip in tips])
-    slip = np.array([end.clamp for end in ends])
-    rests = [end.rest or Rest(contact=np.nan, x0=np.nan) for end in ends]
-    x0_rest = np.array([rest.x0 for rest in rests])
-    contact_rest = np.array([rest.contact for rest in rests])
-    lift = np.array([tip.footing.lift for tip in tips])
+    clamp_in_slip = np.array([end.clamp for end in ends])
+    slips = [end.slip_end or SlipEnd(contact=np.nan, x0=np.nan) for end in ends]
+    x0_rest = np.array([slip.x0 for slip in slips])
+    contact_rest = np.array([slip.contact for slip in slips])
+    height = np.array([tip.footing.height for tip in tips])
     slope = np.array([tip.footing.ahead.slope for tip in tips])
-    lift_rest = np.array([end.footing.lift if end.footing else np.nan for end in ends])
-    at_onset = _held(tips, onset, contact, side, lift)
+    height_rest = np.array([end.footing.height if end.footing else np.nan for end in ends])
+    at_onset = _loading(tips, onset, contact, side, height)
     return Periods(
         period=np.arange(1, len(ends) + 1),
         begin=clamp[begin],
         last=clamp[last],
         onset=onset,
-        slip=slip,
+        slip=clamp_in_slip,
         steps=last - begin,
         travel=way[last] - way[begin] + np.abs(onset - clamp[last]),
         contact=contact,
         contact_rest=contact_rest,
         side=side,
         mu0=np.array([tip.mu0 for tip in tips]),
-        lift=lift,
+        height=height,
         inclination=0.0 - side * np.arctan(slope),
         x0_onset=side * at_onset.x0,
         x0_rest=side * x0_rest + 0.0,  # no −0
         loads_onset=at_onset.loads,
-        loads_rest=_held(tips, slip, contact_rest, side, lift_rest, x0_rest).loads,
-        released=np.array([rest.released for rest in rests]),
-        dissipated=np.array([rest.dissipated for rest in rests]),
+        loads_rest=_loading(tips, clamp_in_slip, contact_rest, side, height_rest, x0_rest).loads,
+        released=np.array([slip.released for slip in slips]),
+        dissipated=np.array([slip.dissipated for slip in slips]),
         ends_by=np.array([end.ends_by for end in ends], dtype=np.str_),
     )
 
 
-class _Held(NamedTuple):
+class _Loading(NamedTuple):
     """Displacements of rods whose tips stick (L), and their loads."""
 
     x0: FloatArray
     loads: FloatArray
 
 
-def _held(
+def _loading(
     tips: Sequence[Tip],
     clamp: FloatArray,
     contact: FloatArray,
     side: IntArray,
-    lift: FloatArray,
+    height: FloatArray,
     x0: FloatArray | None = None,
-) -> _Held:
+) -> _Loading:
     """Displacement and loads at clamp positions; NaN where the position is NaN."""
     known = np.flatnonzero(~np.isnan(clamp))
-    found = _Held(x0=np.full(len(clamp), np.nan), loads=np.full((len(clamp), 3), np.nan))
-    if not len(known):
-        return found
-    stage: Stage = tips[0].stage
-    states, held = stage.states(clamp[known], contact[known], side[known], lift[known])
-    held = held if x0 is None else x0[known]
-    sign = side[known]
-    mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
-    found.x0[known] = held
-    found.loads[known] = states(states.clip(held)) * mirror
-    return found
+    displacements, loads = np.full(len(clamp), np.nan), np.full((len(clamp), 3), np.nan)
+    if len(known):
+        stage, sign = tips[0].stage, side[known]
+        states, held = stage.states(clamp[known], contact[known], sign, height[known])
+        displacements[known] = held if x0 is None else x0[known]
+        mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
+        loads[known] = states.reactions(states.clip(displacements[known])) * mirror
+    return _Loading(x0=displacements, loads=loads)

@@ -82,7 +82,7 @@ def travel_on_slope(states: States, mu0: float, slope: float, mu_rest: float = 0
     Parameters
     ----------
     states : States
-        States of the rod at the height of the places of rest.
+        States of the rod at its distance from the places of rest.
     slope : float
         Slope h' of the surface there.
     mu_rest : float

@@ -1,4 +1,4 @@
-"""The response of a rod: its states as functions of the displacement x0, at one height.
+"""The response of a rod: its states as functions of the displacement x0, at one distance η.
 
 The clamp pushes the tip for x0 > 0, and pulls it for x0 < 0. States with x0 < 0 are known only
 as far as they were solved.
@@ -33,7 +33,7 @@ LEAST_FORCE = 1e-9
 
 
 class States(ABC):
-    """Sticking states of a rod as functions of x0, all at one height, or each at its own height.
+    """Sticking states of a rod as functions of x0, at one distance η or each at one of its own.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class States(ABC):
     x1_init : float or ndarray
         Contact point in the α = 0 state, measured from the clamp (L).
     bounds : ndarray
-        Landmarks, between which the reactions at one height are smooth: x0_pull, kinks where the
+        Landmarks, between which the reactions at one distance are smooth: x0_pull, kinks where the
         rod changes between tip and line contact, x0 = 0, x0_lock and x0_end (L).
     accuracy : float
         Error of the displacement at which sticking ends (L). A step that ends this close to it
@@ -83,11 +83,11 @@ class States(ABC):
             Arc lengths between 0 and 1, increasing (L).
         """
 
-    def __call__(self, x0: ArrayLike) -> FloatArray:
+    def reactions(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements, shape x0.shape + (3,)."""
         return self.derivative(x0, 0)
 
-    def slope(self, x0: ArrayLike) -> FloatArray:
+    def reactions_slope(self, x0: ArrayLike) -> FloatArray:
         """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
         return self.derivative(x0, 1)
 
@@ -100,19 +100,19 @@ class States(ABC):
 
         It is negative where the clamp pulls the tip.
         """
-        fx, fy, _ = np.moveaxis(self(x0), -1, 0)
+        fx, fy, _ = np.moveaxis(self.reactions(x0), -1, 0)
         return np.asarray(fx / fy)
 
     def demand_slope(self, x0: ArrayLike) -> FloatArray:
         """Differentiate −tan α with respect to x0 (1/L)."""
-        fx, fy, _ = np.moveaxis(self(x0), -1, 0)
-        fx_slope, fy_slope, _ = np.moveaxis(self.slope(x0), -1, 0)
+        fx, fy, _ = np.moveaxis(self.reactions(x0), -1, 0)
+        fx_slope, fy_slope, _ = np.moveaxis(self.reactions_slope(x0), -1, 0)
         return np.asarray((fx_slope * fy - fx * fy_slope) / fy**2)
 
     @property
     def mu_lock(self) -> float:
         """Largest μ0 at which a pushed tip slips; infinite if it lifts off instead of locking."""
-        fx, fy, _ = self(self.x0_lock)
+        fx, fy, _ = self.reactions(self.x0_lock)
         return float(fx / fy) if fy < -LEAST_FORCE else float("inf")
 
     def contact(self, clamp: float, x0: float, side: int) -> float:
@@ -126,7 +126,7 @@ class States(ABC):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Response(States):
-    """States of one rod at one height: a view on its sticking curve, from pulling to pushing.
+    """States of one rod at one distance: a view on its sticking curve, from pulling to pushing.
 
     Attributes
     ----------
@@ -257,8 +257,8 @@ def responses(rods: Sequence[MountedRod], partly: bool = False) -> list[Response
     for rod in rods:
         if angle := rod.mounting.stage_angle:
             raise NoResponseError(
-                f"a response at one height needs stage_angle 0, got {angle!r}: on an oblique stage "
-                "the height changes (see vibrissa.scanning.stage)"
+                f"a response at one distance needs stage_angle 0, got {angle!r}: on an oblique "
+                "stage the distance changes (see vibrissa.scanning.stage)"
             )
     one, mountings = rods[0], [rod.mounting for rod in rods]
     theta, eta = [rod.theta for rod in rods], [rod.eta for rod in rods]

@@ -1,4 +1,4 @@
-"""A rod on its mounting at one height: what a scan needs to know of a whisker, without units."""
+"""A rod on its mounting at one clamp–surface distance: a whisker without units."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -20,14 +20,14 @@ def in_rod_lengths(length: float) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class MountedRod:
-    """A rod, the height of the surface above its clamp, and how it may touch the surface.
+    """A rod, the distance of the surface from its clamp, and how it may touch the surface.
 
     Attributes
     ----------
     theta : float
         Taper factor, at least 1.
     eta : float
-        Height with the clamp at 0, 0 < eta < 1 (L).
+        Clamp–surface distance with the clamp at 0, 0 < eta < 1 (L).
     contact : Contact
         ``point``: the tip alone touches; ``line``: the rod may lie flat along the surface.
     section : RodSection
@@ -58,15 +58,15 @@ class MountedRod:
         """Formats lengths (L) for messages."""
         return in_rod_lengths
 
-    def height(self, clamp: ArrayLike) -> FloatArray:
-        """Height (L) of the surface above the clamp, at given positions of the clamp (L)."""
-        return height_at(clamp, self.eta, self.mounting.stage_angle)
+    def distance(self, clamp: ArrayLike) -> FloatArray:
+        """Clamp–surface distance (L) at positions of the clamp (L)."""
+        return distance_at(clamp, self.eta, self.mounting.stage_angle)
 
     def level(self, eta: float) -> Self:
-        """Return the same rod at another height, on a level stage."""
+        """Return the same rod at another distance, on a level stage."""
         return replace(self, eta=eta, mounting=replace(self.mounting, stage_angle=0.0))
 
 
-def height_at(clamp: ArrayLike, eta: float, stage_angle: float) -> FloatArray:
-    """Height h(X) = η − X·sin δ of the surface above the clamp at the position X (L)."""
+def distance_at(clamp: ArrayLike, eta: float, stage_angle: float) -> FloatArray:
+    """Clamp–surface distance η(X) = η − X·sin δ with the clamp at X (L)."""
     return np.asarray(eta - np.asarray(clamp) * np.sin(stage_angle))

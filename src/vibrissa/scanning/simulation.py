@@ -9,30 +9,21 @@ which the tip is ahead of the clamp.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from vibrissa.errors import ArgumentError, EndedScanError
-from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
-from vibrissa.numerics.batch import Batch
-from vibrissa.outcomes import Status
-from vibrissa.scanning.periods import EndsBy, Period, Periods, periods_of
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.scanning.periods import EndsBy, Period
 from vibrissa.scanning.response import Response
-from vibrissa.scanning.rods import height_at
-from vibrissa.scanning.slip import FREE_SLIP, Flight, Lost, Rest, Slip, SlipModel
+from vibrissa.scanning.scan import Outcome, Scan, TipPhase, TipSide
+from vibrissa.scanning.slip import FREE_SLIP, Flight, Lost, Slip, SlipEnd, SlipModel
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
-from vibrissa.scanning.tip import ClampPath, Margin, Tip
-from vibrissa.sticking.api import PENETRATES
-from vibrissa.sticking.onsets import mirrored
-from vibrissa.sticking.piece import StickingState
+from vibrissa.scanning.tip import ClampPath, EndOfSticking, Margin, Tip
 from vibrissa.wording import counted
 
-# Decimals of a difference of positions (L).
-DECIMALS = 15
 LOCKS = "the tip locks at x = {x}, where mu0 = {mu0:.6g}{slope} and mu_lock = {mu_lock:.6g}; "
 SLOPE = " on a slope of {angle:.4g} deg"
 SWINGS = (
@@ -66,289 +57,6 @@ FLIES = (
     "{times} in a slip the tip lifts off, first at x = {lifts}; the flight is not computed, and "
     "the tip is taken to land where the surface pushes it again, first at x = {lands}"
 )
-
-
-class TipPhase(StrEnum):
-    """Phase of the tip at a step.
-
-    Attributes
-    ----------
-    STICK
-        The tip has not slipped since the previous step.
-    LOCK
-        The tip sticks at x0 > x0_lock, the displacement at which −tan α is largest: pushed
-        further, it does not slip forward.
-    SLIP
-        The tip has just slipped and is at rest.
-    SWING
-        The rod has just buckled laterally. Its tip sticks, on the other side of the clamp.
-    """
-
-    STICK = "stick"
-    LOCK = "lock"
-    SLIP = "slip"
-    SWING = "swing"
-
-
-class TipSide(StrEnum):
-    """Side of the clamp on which the tip is: ahead of it, as at the start, or behind it."""
-
-    AHEAD = "ahead"
-    BEHIND = "behind"
-
-
-class Outcome(StrEnum):
-    """How a scan ended.
-
-    Attributes
-    ----------
-    COMPLETE
-        The clamp reached the end of the path, or the tip slipped as often as it was to.
-    LOCK
-        The tip locked and was pushed until sticking ended; the motion after that is not computed.
-    LOST
-        A slip passed α = 0 and did not end within the computed states. Either the clamp had pushed
-        the tip, and the tip lifted off the surface; or the clamp had pulled the tip, and the tip
-        came to the last computed state in which the clamp pushes it.
-    OUT_OF_REACH
-        The rod has no states, the stage or the surface takes it to a height at which it has none,
-        or the tip leaves the known part of the surface.
-    FAILED
-        The states of the rod could not be computed.
-    """
-
-    COMPLETE = "complete"
-    LOCK = "lock"
-    LOST = "lost"
-    OUT_OF_REACH = "out_of_reach"
-    FAILED = "failed"
-
-
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Scan(Batch):
-    """States of a scan, one row for each step of the clamp.
-
-    Attributes
-    ----------
-    outcome : Outcome
-    message : str
-        Says where the rod first buckled laterally, and where and why the scan ended early.
-    stage : Stage or None
-        None in a scan without rows.
-    clamp : ndarray, shape (n,)
-        Position of the clamp along its stage (L).
-    contact : ndarray, shape (n,)
-        Position of the tip, which is the contact point in point contact (L).
-    x0 : ndarray, shape (n,)
-        Displacement of the clamp along the surface (L), from the α = 0 state with the same
-        `contact`, the same `side`, and the same height of the surface above the clamp.
-    mu0 : ndarray, shape (n,)
-        Coefficient of static friction at the contact point.
-    lift, inclination : ndarray, shape (n,)
-        Height h of the surface at the contact point (L), and its inclination γ = −atan h' (rad),
-        positive where the surface falls along the scan; at a kink that of the face ahead.
-    period : ndarray of int, shape (n,)
-        Number of the period of sticking, from 1. The step of a slip is the first of a new period.
-    phase, side : ndarray of str, shape (n,)
-        `TipPhase` and `TipSide` at each step.
-    ends : tuple of Period
-        Where each period of sticking ends, and how; `periods` has them as columns.
-    """
-
-    outcome: Outcome
-    message: str
-    stage: Stage | None
-    clamp: FloatArray
-    contact: FloatArray
-    x0: FloatArray
-    mu0: FloatArray
-    lift: FloatArray
-    inclination: FloatArray
-    period: IntArray
-    phase: StrArray
-    side: StrArray
-    ends: tuple[Period, ...] = ()
-
-    @classmethod
-    def without_rows(cls, outcome: Outcome, message: str) -> "Scan":
-        """Make the scan of a rod that has no states."""
-        numbers, texts = np.empty(0), np.empty(0, dtype=np.str_)
-        return cls(
-            outcome=outcome,
-            message=message,
-            stage=None,
-            clamp=numbers,
-            contact=numbers,
-            x0=numbers,
-            mu0=numbers,
-            lift=numbers,
-            inclination=numbers,
-            period=np.empty(0, dtype=np.int64),
-            phase=texts,
-            side=texts,
-        )
-
-    @property
-    def status(self) -> Status:
-        """``slip`` if the tip slips, ``lock`` if it locks, or why the rod has no states."""
-        locks = np.isin(self.phase, [TipPhase.LOCK, TipPhase.SWING]).any()
-        if locks or self.outcome is Outcome.LOCK:
-            return Status.LOCK
-        if self.slips or self.outcome in (Outcome.COMPLETE, Outcome.LOST):
-            return Status.SLIP
-        return Status(self.outcome)
-
-    @property
-    def cycle(self) -> IntArray:
-        """Number of the stick-slip cycle at each step, from 1; a cycle ends with its slip."""
-        return np.asarray(self.period - ((self.phase == TipPhase.SLIP) & (self.period > 1)))
-
-    @property
-    def step(self) -> IntArray:
-        """Number of steps of the clamp since the cycle began; 0 at the start of the scan."""
-        rows = np.arange(len(self))
-        begins = np.append(0, np.flatnonzero(self.phase == TipPhase.SLIP))
-        return np.asarray(rows - begins[np.maximum(self.cycle - 1, 0)])
-
-    @property
-    def slips(self) -> int:
-        """Number of slips."""
-        return int((self.phase == TipPhase.SLIP).sum())
-
-    @cached_property
-    def periods(self) -> Periods:
-        """Periods of sticking, from one slip to the next."""
-        return periods_of(self.ends, self.clamp)
-
-    @property
-    def penetrates(self) -> bool:
-        """Whether the rod passes through the surface in one of the steps, as no real rod does.
-
-        On an oblique stage: whether x0 is so large that it does at one of the solved heights.
-        """
-        if self.stage is None:
-            return False
-        through = self.stage.response.x0_through
-        return bool(through == 0.0 or (self._sign * self.x0 > through).any())
-
-    @property
-    def marks(self) -> list[str]:
-        """What makes the scan no scan of a real rod."""
-        return [PENETRATES] if self.penetrates else []
-
-    def __repr__(self) -> str:
-        """Return outcome, numbers of steps and slips, message and marks."""
-        counts = f"{counted(len(self), 'row')}, {counted(self.slips, 'slip')}"
-        lines = [f"{'outcome':<12} {self.outcome.value}: {counts}"]
-        lines += [f"{'message':<12} {self.message}"] if self.message else []
-        return "\n".join([*lines, *(f"{'warning':<12} {mark}" for mark in self.marks)])
-
-    @property
-    def _sign(self) -> IntArray:
-        return np.where(self.side == TipSide.BEHIND, -1, 1)
-
-    @cached_property
-    def reactions(self) -> FloatArray:
-        """Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L), shape (n, 3)."""
-        if self.stage is None:
-            return np.empty((0, 3))
-        states = self.stage.at(self.clamp, self.lift)
-        sign = self._sign
-        mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
-        return np.asarray(states(states.clip(sign * self.x0)) * mirror)
-
-    @property
-    def apparent_friction(self) -> FloatArray:
-        """|fx/fy| at each step, shape (n,): friction and slope together at the onset of slip."""
-        fx, fy, _ = self.reactions.T
-        return np.abs(fx / fy)
-
-    @cached_property
-    def state(self) -> StickingState:
-        """States of the rod; their x0 is the clamp's displacement since α = 0, as in `since`."""
-        if self.stage is None:
-            return StickingState.unknown(0)
-        states, sign = self.stage.at(self.clamp, self.lift), self._sign
-        found = states.state(states.clip(sign * self.x0))
-        behind = np.flatnonzero(sign < 0)
-        loads = mirrored(found.take(behind), 0.0)
-        columns = {
-            name: _replaced(values, behind, getattr(loads, name))
-            for name, values in found.columns.items()
-        }
-        return StickingState(**(columns | {"x0": self.since}))
-
-    @cached_property
-    def since(self) -> FloatArray:
-        """Displacement of the clamp since the α = 0 state of its period, along the stage (L).
-
-        It is x0 in the step in which the period began, and the travel of the clamp since then.
-        """
-        begin = np.flatnonzero(np.diff(self.period, prepend=0))
-        first = np.repeat(begin, np.diff(begin, append=len(self)))
-        # Positions are whole steps; without rounding errors their differences are, too.
-        return self.x0[first] + np.round(self.clamp - self.clamp[first], DECIMALS)
-
-    def shapes(self, points: int = 101) -> "ScannedShapes":
-        """Deformed shapes of the rod at each step.
-
-        Parameters
-        ----------
-        points : int
-            Number of points of each shape, equally spaced in s, both ends included; at least 2.
-
-        Raises
-        ------
-        ArgumentError
-            If there are fewer than two points.
-        """
-        if not isinstance(points, int | np.integer) or points < 2:
-            raise ArgumentError(f"points must be a whole number, at least 2, got {points!r}")
-        s, sign = np.linspace(0.0, 1.0, points), self._sign
-        if self.stage is None:
-            none = np.empty((0, points))
-            return ScannedShapes(s=s, x=none, y=none, phi=none, residual=np.empty(0))
-        states, along = self.stage.at(self.clamp, self.lift), self.stage.along(self.clamp)
-        offset = self.contact - along
-        height = height_at(self.clamp, self.stage.eta, self.stage.angle)
-        x, y, phi = states.shapes(states.clip(sign * self.x0), sign * offset, s)
-        x, phi = sign[:, None] * x, np.where(sign[:, None] < 0, np.pi - phi, phi)
-        # In line contact only a straight tail ends at the point of the surface that `contact` is.
-        residual = np.hypot(x[:, -1] - offset, y[:, -1] - (height - self.lift))
-        return ScannedShapes(
-            s=s,
-            x=along[:, None] + x,
-            y=self.stage.eta - height[:, None] + y,
-            phi=phi,
-            residual=residual,
-        )
-
-
-class ScannedShapes(NamedTuple):
-    """Shapes of the rod at the n steps of a scan, relative to the surface.
-
-    Attributes
-    ----------
-    s : ndarray, shape (points,)
-        Arc lengths (L).
-    x, y, phi : ndarray, shape (n, points)
-        Positions (L) and slopes (rad).
-    residual : ndarray, shape (n,)
-        Distance between the end of the shape and the point `contact` of the surface (L).
-    """
-
-    s: FloatArray
-    x: FloatArray
-    y: FloatArray
-    phi: FloatArray
-    residual: FloatArray
-
-
-def _replaced(values: FloatArray, rows: IntArray, others: FloatArray) -> FloatArray:
-    """Return a copy in which some rows have other values."""
-    found = values.copy()
-    found[rows] = others
-    return found
 
 
 def simulate(
@@ -389,66 +97,43 @@ def simulate(
     if isinstance(stage, Response):
         stage = Stage(response=stage, eta=stage.curve.eta)
     _check_states(stage, surface, positions, model)
-    at, spell = float(positions[0]), surface.spell
-    path, outcome, message = ClampPath.through(positions), Outcome.COMPLETE, ""
-    ended: ArgumentError | None = None
-    slip = Slip(stage=stage, surface=surface, model=model, clamp=at)
-    contact = stage.at(at).contact(float(stage.along(at)), 0.0, 1)
+    course = _Course(stage=stage, surface=surface, model=model, path=ClampPath.through(positions))
+    clamp = float(positions[0])
+    contact = stage.at(clamp).contact(float(stage.along(clamp)), 0.0, 1)
     # At first no tangential force acts, as after a slip that ends where no friction is needed.
-    rest = replace(slip, model=FREE_SLIP).rest(contact)
-    if rest.lost is not None:
-        return Scan.without_rows(*_lost(rest, surface, contact, at))
-    tip = Tip(stage=stage, footing=surface.footing(rest.contact, 1), rest=rest.x0)
-    tips, ends, swing, flights = [tip], list[Period](), "", list(rest.flights)
-    while True:
-        step, until = tip.sticks_until(path, at)
-        if step == len(path):
-            ends.append(Period(tip, step, until, EndsBy.PATH))
-            break
-        margin, locked = tip.exit(until)
-        swings = margin is Margin.END and stage.response.swings
-        stop = None if swings else _stop(tip, margin, locked, until, positions[step - 1], spell)
-        if swings:
-            swing = swing or _message(SWINGS, tip, until, float(positions[step]), spell)
-            at, tip = until, _swung(tip, surface, until, step)
-        elif stop is not None:
-            outcome, message = stop.outcome, stop.message
-            ends.append(Period(tip, step, until, stop.ends_by))
-            break
-        else:
-            at = float(positions[step])
-            try:
-                rest = replace(slip, clamp=at, side=tip.side).rest(tip.contact)
-                place = tip.contact if rest.lost is not None else rest.contact
-                footing = surface.footing(place, tip.side)
-            except ArgumentError as error:
-                outcome, message, ended = Outcome.OUT_OF_REACH, str(error), error
-                ends.append(Period(tip, step, until, EndsBy.UNKNOWN, at))
-                break
-            flights += rest.flights
-            if rest.lost is not None:
-                outcome, message = _lost(rest, surface, tip.contact, at)
-                ends.append(Period(tip, step, until, EndsBy.LOST, at))
-                break
-            ends.append(Period(tip, step, until, EndsBy.SLIP, at, footing, rest))
-            tip = replace(tip, footing=footing, begin=step, rest=rest.x0, slipped=True)
-        tips.append(tip)
-        if sum(one.slipped for one in tips) - 1 == slips:
-            step = tip.begin + 1
-            break
-    messages = (swing, _flown(flights, spell), message)
-    text = "; ".join(filter(None, messages))
-    found = _assembled(tips, tuple(ends), positions[:step], outcome, text)
-    if ended is not None:
-        raise EndedScanError(str(ended), found)
-    return found
+    start = replace(course, model=FREE_SLIP).slip(clamp, 1).follow(contact)
+    if start.lost is not None:
+        end = course.lost(start, contact, clamp)
+        return Scan.without_rows(end.outcome, end.message)
+    footing = surface.footing(start.contact, 1)
+    first = Tip(stage=stage, footing=footing, clamp=clamp, x0_rest=start.x0)
+    tips, periods, flights, buckles = [first], list[Period](), list(start.flights), ""
+    tip: Tip | None = first
+    end = _End(outcome=Outcome.COMPLETE)
+    # Each period but the last one ends with a slip, after which the tip sticks at another place.
+    while tip is not None and (slips is None or len(periods) < slips):
+        following = course.after(tip)
+        if following.period is not None:
+            periods.append(following.period)
+        if following.tip is not None:
+            tips.append(following.tip)
+        flights += following.flights
+        buckles = buckles or following.buckles
+        end, tip = following.end, following.tip
+    # After the last of `slips` slips the scan has one more row.
+    steps = periods[-1].stop if tip is None else tip.begin + 1
+    text = "; ".join(filter(None, (buckles, _flown(flights, surface.spell), end.message)))
+    scan = _assembled(tips, tuple(periods), positions[:steps], end.outcome, text)
+    if end.error is not None:
+        raise EndedScanError(str(end.error), scan)
+    return scan
 
 
 def _check_states(stage: Stage, surface: Surface, positions: FloatArray, model: SlipModel) -> None:
     """Refuse a scan that may need states of the rod that were not solved."""
     if surface.texture is not None and isinstance(stage.response, Response):
         raise ArgumentError(
-            "on a surface with heights the rod must be solved over a range of heights: make its "
+            "on a surface with heights the rod must be solved over a range of distances: make its "
             "stage by stage_of(rod, positions, texture=...)"
         )
     retracts = model.law.overshoots or stage.angle < 0.0 or (np.diff(positions) < 0.0).any()
@@ -460,69 +145,159 @@ def _check_states(stage: Stage, surface: Surface, positions: FloatArray, model: 
         )
 
 
-class _Stop(NamedTuple):
-    """Why a scan ends with a period of sticking that does not end with a slip."""
+class _End(NamedTuple):
+    """How a scan ends, and why; the error is one that ended it after it had begun."""
 
     outcome: Outcome
-    message: str
-    ends_by: EndsBy
+    message: str = ""
+    error: ArgumentError | None = None
+
+    @classmethod
+    def off_surface(cls, error: ArgumentError) -> "_End":
+        """End of a scan whose tip leaves the known part of the surface."""
+        return cls(outcome=Outcome.OUT_OF_REACH, message=str(error), error=error)
 
 
-def _stop(
-    tip: Tip,
-    margin: Margin,
-    locked: bool,
-    until: float,
-    last: float,
-    spell: Callable[[float], str],
-) -> _Stop | None:
-    """Return why the motion after the clamp position `until` is not computed; None after a slip.
+class _Following(NamedTuple):
+    """What follows where a tip no longer sticks.
 
-    Parameters
+    Attributes
     ----------
-    margin, locked : optional
-        As in `Exit`.
-    last : float
-        Position of the clamp at the last step at which the tip sticks (L).
+    tip : Tip or None
+        The tip at the place where it sticks next; None if the scan ends.
+    period : Period or None
+        The period of sticking that ends; None if it goes on after lateral buckling.
+    end : _End
+        How the scan ends, if it does.
+    flights : tuple of Flight
+        Flights of the tip in its slip.
+    buckles : str
+        Says where the rod buckles laterally.
     """
-    if margin is Margin.REACH:
-        message = LEAVES.format(x=spell(tip.contact), clamp=spell(until))
-        return _Stop(Outcome.OUT_OF_REACH, message, EndsBy.UNKNOWN)
-    response = tip.stage.response
-    if margin is Margin.END and isinstance(response, Response) and not response.whole:
-        return _Stop(Outcome(response.curve.status), response.curve.message, EndsBy.UNKNOWN)
-    if margin is Margin.END or (locked and margin is Margin.BACKWARD):
-        message = _message(STAYS, tip, until, float(last), spell)
-        return _Stop(Outcome.LOCK, message, EndsBy.LOCK)
-    return None
+
+    tip: Tip | None = None
+    period: Period | None = None
+    end: _End = _End(outcome=Outcome.COMPLETE)
+    flights: tuple[Flight, ...] = ()
+    buckles: str = ""
 
 
-def _swung(tip: Tip, surface: Surface, clamp: float, step: int) -> Tip:
-    """Return the tip after lateral buckling at a position of the clamp (L), before a step.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Course:
+    """The inputs of a scan: they determine where the tip sticks, one place after the other."""
 
-    It is at its mirror image about the clamp: on a surface with heights, where the tip alone
-    touches, at the same place.
-    """
-    contact = tip.contact
-    if surface.texture is None:
-        contact = 2.0 * float(tip.stage.along(clamp)) - tip.contact
-    return Tip(
-        stage=tip.stage,
-        footing=surface.footing(contact, -tip.side),
-        side=-tip.side,
-        begin=step,
-        rest=np.nan,
-        slipped=False,
-    )
+    stage: Stage
+    surface: Surface
+    model: SlipModel
+    path: ClampPath
+
+    def slip(self, clamp: float, side: int) -> Slip:
+        """Return a slip with the clamp at a position (L)."""
+        return Slip(
+            stage=self.stage, surface=self.surface, model=self.model, clamp=clamp, side=side
+        )
+
+    def after(self, tip: Tip) -> _Following:
+        """Find where a tip no longer sticks, and what follows there."""
+        sticking = tip.sticks_until(self.path)
+        if sticking.stop == len(self.path):
+            return _Following(period=_period(tip, sticking, EndsBy.PATH))
+        leaving = tip.exit(sticking.until)
+        if leaving.margin is Margin.END and self.stage.response.swings:
+            return self._after_buckling(tip, sticking)
+        if leaving.margin is Margin.REACH:
+            spell = self.surface.spell
+            message = LEAVES.format(x=spell(tip.contact), clamp=spell(sticking.until))
+            end = _End(outcome=Outcome.OUT_OF_REACH, message=message)
+            return _Following(period=_period(tip, sticking, EndsBy.UNKNOWN), end=end)
+        response = self.stage.response
+        if leaving.margin is Margin.END and isinstance(response, Response) and not response.whole:
+            end = _End(outcome=Outcome(response.curve.status), message=response.curve.message)
+            return _Following(period=_period(tip, sticking, EndsBy.UNKNOWN), end=end)
+        if leaving.margin is Margin.END or (leaving.locked and leaving.margin is Margin.BACKWARD):
+            end = _End(outcome=Outcome.LOCK, message=self._locks(STAYS, tip, sticking, -1))
+            return _Following(period=_period(tip, sticking, EndsBy.LOCK), end=end)
+        return self._after_slip(tip, sticking)
+
+    def _after_buckling(self, tip: Tip, sticking: EndOfSticking) -> _Following:
+        """Move the tip to its mirror image about the clamp; the period of sticking goes on.
+
+        On a surface with heights, where the tip alone touches, it stays at its place.
+        """
+        contact, buckles = tip.contact, self._locks(SWINGS, tip, sticking, 0)
+        if self.surface.texture is None:
+            contact = 2.0 * float(self.stage.along(sticking.until)) - tip.contact
+        try:
+            footing = self.surface.footing(contact, -tip.side)
+        except ArgumentError as error:
+            period = _period(tip, sticking, EndsBy.UNKNOWN)
+            return _Following(period=period, end=_End.off_surface(error), buckles=buckles)
+        swung = Tip(
+            stage=self.stage,
+            footing=footing,
+            side=-tip.side,
+            clamp=sticking.until,
+            begin=sticking.stop,
+            x0_rest=np.nan,
+            slipped=False,
+        )
+        return _Following(tip=swung, buckles=buckles)
+
+    def _after_slip(self, tip: Tip, sticking: EndOfSticking) -> _Following:
+        """Let the tip slip, with the clamp at the first step at which it does not stick."""
+        clamp = float(self.path.positions[sticking.stop])
+        period = _period(tip, sticking, EndsBy.SLIP)._replace(clamp=clamp)
+        try:
+            slip = self.slip(clamp, tip.side).follow(tip.contact)
+            footing = self.surface.footing(slip.contact, tip.side) if slip.lost is None else None
+        except ArgumentError as error:
+            period = period._replace(ends_by=EndsBy.UNKNOWN)
+            return _Following(period=period, end=_End.off_surface(error))
+        if footing is None:
+            return _Following(
+                period=period._replace(ends_by=EndsBy.LOST),
+                end=self.lost(slip, tip.contact, clamp),
+                flights=slip.flights,
+            )
+        rests = replace(
+            tip,
+            footing=footing,
+            clamp=clamp,
+            begin=sticking.stop,
+            x0_rest=slip.x0,
+            slipped=True,
+        )
+        period = period._replace(footing=footing, slip_end=slip)
+        return _Following(tip=rests, period=period, flights=slip.flights)
+
+    def lost(self, slip: SlipEnd, begin: float, clamp: float) -> _End:
+        """Say why a scan ends with a slip from the position `begin` (L) that is lost."""
+        assert slip.lost is not None
+        text = LOST if self.surface.texture is None else LOST_ON_TEXTURE[slip.lost]
+        x, at, position = map(self.surface.spell, (begin, slip.contact, clamp))
+        return _End(
+            outcome=Outcome.OUT_OF_REACH if slip.lost is Lost.DEEP else Outcome.LOST,
+            message=text.format(x=x, at=at, clamp=position),
+        )
+
+    def _locks(self, text: str, tip: Tip, sticking: EndOfSticking, steps: int) -> str:
+        """Complete a message about a locked tip.
+
+        It names the clamp position `steps` after the first step at which the tip does not stick.
+        """
+        spell, angle = self.surface.spell, np.degrees(np.arctan(tip.footing.ahead.slope))
+        return text.format(
+            x=spell(tip.contact),
+            mu0=tip.mu0,
+            slope=SLOPE.format(angle=angle) if angle else "",
+            mu_lock=tip.held(sticking.until).states.mu_lock,
+            clamp=spell(float(self.path.positions[sticking.stop + steps])),
+        )
 
 
-def _lost(rest: Rest, surface: Surface, begin: float, clamp: float) -> tuple[Outcome, str]:
-    """Return the outcome of a scan whose slip from the position `begin` (L) is lost, and why."""
-    assert rest.lost is not None
-    text = LOST if surface.texture is None else LOST_ON_TEXTURE[rest.lost]
-    outcome = Outcome.OUT_OF_REACH if rest.lost is Lost.DEEP else Outcome.LOST
-    places = {"x": begin, "clamp": clamp, "at": rest.contact}
-    return outcome, text.format(**{name: surface.spell(one) for name, one in places.items()})
+def _period(tip: Tip, sticking: EndOfSticking, ends_by: EndsBy) -> Period:
+    """Return the period of sticking that ends with a tip at its place."""
+    return Period(tip=tip, stop=sticking.stop, until=sticking.until, ends_by=ends_by)
 
 
 def _flown(flights: Sequence[Flight], spell: Callable[[float], str]) -> str:
@@ -533,21 +308,9 @@ def _flown(flights: Sequence[Flight], spell: Callable[[float], str]) -> str:
     return FLIES.format(times=counted(len(flights), "time"), lifts=takes_off, lands=lands)
 
 
-def _message(text: str, tip: Tip, until: float, clamp: float, spell: Callable[[float], str]) -> str:
-    """Complete a message for a tip that sticks up to the clamp position `until`."""
-    angle = np.degrees(np.arctan(tip.footing.ahead.slope))
-    return text.format(
-        x=spell(tip.contact),
-        mu0=tip.mu0,
-        slope=SLOPE.format(angle=angle) if angle else "",
-        mu_lock=tip.held(until).states.mu_lock,
-        clamp=spell(clamp),
-    )
-
-
 def _assembled(
     tips: Sequence[Tip],
-    ends: tuple[Period, ...],
+    periods: tuple[Period, ...],
     clamp: FloatArray,
     outcome: Outcome,
     message: str,
@@ -563,13 +326,13 @@ def _assembled(
 
     contact = in_rows([tip.contact for tip in tips])
     side = np.repeat([tip.side for tip in tips], counts)
-    lift = in_rows([tip.footing.lift for tip in tips])
+    height = in_rows([tip.footing.height for tip in tips])
     slope = in_rows([tip.footing.ahead.slope for tip in tips])
-    states, x0 = stage.states(clamp, contact, side, lift)
+    states, x0 = stage.states(clamp, contact, side, height)
     # In the step of a slip x0 is known without the rounding of positions.
-    rest = np.full(len(clamp), np.nan)
-    rest[begins[counts > 0]] = [tip.rest for tip, count in zip(tips, counts, strict=True) if count]
-    x0 = np.where(np.isnan(rest), x0, rest)
+    x0_rest = np.full(len(clamp), np.nan)
+    x0_rest[begins[counts > 0]] = np.array([tip.x0_rest for tip in tips])[counts > 0]
+    x0 = np.where(np.isnan(x0_rest), x0, x0_rest)
     phase = np.where(x0 > states.x0_lock, TipPhase.LOCK, TipPhase.STICK)
     # If the rod buckles laterally and slips in the same step, the tip in between has no row.
     later = (begins > 0) & (counts > 0)
@@ -582,10 +345,10 @@ def _assembled(
         contact=contact,
         x0=side * x0 + 0.0,  # no −0
         mu0=in_rows([tip.mu0 for tip in tips]),
-        lift=lift,
+        height=height,
         inclination=0.0 - side * np.arctan(slope),
         period=np.repeat(np.cumsum(slipped), counts),
         phase=phase,
         side=np.where(side == 1, TipSide.AHEAD, TipSide.BEHIND),
-        ends=ends,
+        ends=periods,
     )

@@ -15,7 +15,7 @@ from numpy.polynomial.chebyshev import chebpts1
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.roots import first_fall, first_spent
+from vibrissa.numerics.roots import first_fall, first_integral_fall
 from vibrissa.outcomes import SlipLaw as SlipLaw
 from vibrissa.outcomes import chosen
 from vibrissa.scanning.stage import Held, Stage
@@ -44,7 +44,7 @@ class Lost(StrEnum):
     BENT
         The tip comes to the last computed state of the rod.
     DEEP
-        The surface leaves the heights at which the rod is solved.
+        The surface leaves the distances from the clamp at which the rod is solved.
     """
 
     LIFTS = "lifts"
@@ -59,7 +59,7 @@ class Flight(NamedTuple):
     lands: float
 
 
-class Rest(NamedTuple):
+class SlipEnd(NamedTuple):
     """Where a slip ends.
 
     Attributes
@@ -273,8 +273,8 @@ class Slip:
     clamp: float = 0.0
     side: int = 1
 
-    def rest(self, contact: float) -> Rest:
-        """Find where a tip that begins to slip comes to rest.
+    def follow(self, contact: float) -> SlipEnd:
+        """Follow a tip that begins to slip until it comes to rest, or is lost.
 
         Parameters
         ----------
@@ -289,22 +289,28 @@ class Slip:
         contact = self._within(contact)
         if self.model.law is SlipLaw.FREE and self._returns(contact):
             states, begin = self._held(contact)
-            rest = states.contact(float(self.stage.along(self.clamp)), 0.0, self.side)
-            return Rest(contact=rest, x0=0.0, released=self._released(contact, float(begin)))
+            end = states.contact(float(self.stage.along(self.clamp)), 0.0, self.side)
+            return SlipEnd(contact=end, x0=0.0, released=self._released(contact, float(begin)))
         released, dissipated = 0.0, 0.0
         flights: tuple[Flight, ...] = ()
         for _ in range(REVERSALS):
             slide = self._slide(contact, self._way(contact))
             contact, x0 = slide.contact, float(self._held(slide.contact).x0)
             if slide.lost is not None:
-                return Rest(contact=contact, x0=x0, lost=slide.lost, flights=flights)
+                return SlipEnd(contact=contact, x0=x0, lost=slide.lost, flights=flights)
             released, dissipated = released + slide.released, dissipated + slide.dissipated
             if slide.takes_off is not None:
                 flights = (*flights, Flight(takes_off=slide.takes_off, lands=contact))
             if self._settled(contact, slide):
                 if self.model.law is SlipLaw.FREE:
                     dissipated = np.nan
-                return Rest(contact, x0, released, dissipated, flights=flights)
+                return SlipEnd(
+                    contact=contact,
+                    x0=x0,
+                    released=released,
+                    dissipated=dissipated,
+                    flights=flights,
+                )
         place = f"the clamp at {self.surface.spell(self.clamp)}"
         raise ArgumentError(f"with {place} a slip has over {REVERSALS} slides: take another law")
 
@@ -338,8 +344,8 @@ class Slip:
 
     def _held(self, contact: FloatArray | float) -> Held:
         """Return the states of the rod with the tip at given positions (L)."""
-        lift = 0.0 if self.surface.texture is None else self.surface.height(contact)
-        return self.stage.states(self.clamp, contact, self.side, lift)
+        height = 0.0 if self.surface.texture is None else self.surface.height(contact)
+        return self.stage.states(self.clamp, contact, self.side, height)
 
     def _forces(
         self, contact: FloatArray | float, *slopes: FloatArray | float
@@ -389,14 +395,14 @@ class Slip:
         for begin, end in pairwise(self._sought(contact, way)):
             part = self._followed(contact, way, begin, end)
             forces = part.forces if forces is None else forces.followed_by(part.forces)
-            stop, takes_off = self._stop(forces), np.nan
+            stop, takes_off = self._stopping_distance(forces), np.nan
             if self.surface.texture is not None:
                 takes_off = first_fall(forces.normal)
             if np.isfinite(takes_off) and not stop <= takes_off:
                 return self._landing(contact, way, takes_off)
             if np.isfinite(stop):
                 return _Slide(
-                    self._stopped(contact, onward, stop),
+                    self._stopping_place(contact, onward, stop),
                     released=float(forces.driving.integrate(0.0, stop)),
                     dissipated=float(forces.friction.integrate(0.0, stop)),
                 )
@@ -406,13 +412,13 @@ class Slip:
         self.surface(contact + onward * self._longest(contact, way))
         return _Slide(contact + onward * end, lost=Lost.BENT)
 
-    def _stop(self, forces: _Forces) -> float:
+    def _stopping_distance(self, forces: _Forces) -> float:
         """Distance at which the law ends a slide; NaN if it does not end it yet (L)."""
         if self.model.law is SlipLaw.FREE:
             return first_fall(forces.driving)
-        # What drives the tip beyond friction makes it faster; its integral is the kinetic energy.
-        net = _polynomials(forces.coefficients[0] - forces.coefficients[1], forces.breaks)
-        return first_spent(net, self.model.loss)
+        # The integral of the driving force less friction is the kinetic energy.
+        net_force = _polynomials(forces.coefficients[0] - forces.coefficients[1], forces.breaks)
+        return first_integral_fall(net_force, part=self.model.loss)
 
     def _landing(self, contact: float, way: int, takes_off: float) -> _Slide:
         """Find the next place at which the surface pushes a tip that lifts off in a slide."""
@@ -425,7 +431,7 @@ class Slip:
             breaks, coefficients = part.forces
             lands = first_fall(_polynomials(-coefficients[2], breaks))
             if np.isfinite(lands):
-                return _Slide(self._stopped(contact, onward, lands), takes_off=off)
+                return _Slide(self._stopping_place(contact, onward, lands), takes_off=off)
             if part.lost is not None:
                 break
             begin = end
@@ -494,11 +500,11 @@ class Slip:
         kept = breaks[: last + 1]
         return np.append(kept[kept < end], end), (Lost.BENT, Lost.DEEP)[row]
 
-    def _rooms(self, held: Held, lift: FloatArray, way: int) -> FloatArray:
-        """How far states are from the last computed x0 and from the last height (L)."""
+    def _rooms(self, held: Held, height: FloatArray, way: int) -> FloatArray:
+        """How far states are from the last computed x0 and from the last distance (L)."""
         states, x0 = held
         room = x0 - states.x0_pull if way > 0 else states.x0_end - x0
-        return np.array([room, self.stage.reach(self.clamp, lift)])
+        return np.array([room, self.stage.reach(self.clamp, height)])
 
     def _balance(self, contact: float, way: int, breaks: FloatArray) -> _Part:
         """Compute the forces along a part of a slide."""
@@ -506,17 +512,17 @@ class Slip:
         place = breaks[:-1, None] + np.diff(breaks)[:, None] * cell.nodes
         place = contact + self.side * way * place
         plane = surface.texture is None
-        lift = 0.0 if plane else surface.height(place)
-        held = self.stage.states(self.clamp, place, self.side, lift)
+        height = 0.0 if plane else surface.height(place)
+        held = self.stage.states(self.clamp, place, self.side, height)
         slope = 0.0 if plane else self.side * surface.slope(place)
         tangential, normal = _resolved(held, slope)
         friction = self.model.kinetic_ratio * surface(place) * normal
         values = np.array([-way * tangential, friction, normal])
         forces = _Forces(breaks, cell.coefficients @ values.transpose(0, 2, 1))
-        room = np.inf if plane else float(self._rooms(held, np.asarray(lift), way).min())
+        room = np.inf if plane else float(self._rooms(held, np.asarray(height), way).min())
         return _Part(forces=forces, room=room)
 
-    def _stopped(self, contact: float, onward: int, distance: float) -> float:
+    def _stopping_place(self, contact: float, onward: int, distance: float) -> float:
         """Position of a tip that stops: in the corner where it does, or a little further on."""
         tiny, place = nothing(contact), contact + onward * distance
         if self.surface.texture is not None:
@@ -530,7 +536,7 @@ class Slip:
 def _resolved(held: Held, slope: FloatArray | float) -> ContactForces:
     """Resolve the forces on a tip in given states of the rod, for a slope of the surface."""
     states, x0 = held
-    loads = states(states.clip(x0))
+    loads = states.reactions(states.clip(x0))
     return contact_forces(loads[..., 0], loads[..., 1], slope)
 
 

@@ -13,21 +13,21 @@ from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import step_position
 from vibrissa.outcomes import Contact
-from vibrissa.scanning.heights import (
-    LOWEST,
+from vibrissa.scanning.response import Response, responses
+from vibrissa.scanning.response_over_eta import (
     NARROWEST,
-    HeightRange,
-    HeightStates,
+    NEAREST,
+    ResponseOverEta,
+    StatesAtEta,
     check_range,
     respond_over,
 )
-from vibrissa.scanning.response import Response, responses
-from vibrissa.scanning.rods import MountedRod, height_at
+from vibrissa.scanning.rods import MountedRod, distance_at
 from vibrissa.scanning.textures import Texture
 
 # Largest number of steps; more would fill the memory.
 MOST_STEPS = 10**8
-# Height up to which a rod is solved over the grooves of a surface (L): further on it is almost
+# Distance up to which a rod is solved over the grooves of a surface (L): further on it is almost
 # upright, and its states change fast.
 UPRIGHT = 0.99
 # Part of a step by which a turn may miss a whole number of steps, by rounding in units of L.
@@ -79,7 +79,7 @@ def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:
 class Held(NamedTuple):
     """States of a rod whose tip sticks at a place, and the displacement x0 of each (L)."""
 
-    states: Response | HeightStates
+    states: Response | StatesAtEta
     x0: FloatArray
 
 
@@ -87,26 +87,26 @@ class Held(NamedTuple):
 class Stage:
     """A rod on a stage that moves along the surface, or at an angle δ to it.
 
-    With the clamp at X, the height h is that of `height_at`, and a tip at the position x_c has the
-    displacement from the α = 0 state of that height
+    With the clamp at X, the clamp–surface distance is η(X) of `distance_at`. A tip at the position
+    x_c has the displacement from the α = 0 state of that distance
 
-        x0(X) = x1_init(h) + side·(X·cos δ − x_c),
+        x0(X) = x1_init(η(X)) + side·(X·cos δ − x_c),
 
     where side is 1 for a tip ahead of the clamp, and −1 for a tip behind it (mirrored states). On a
-    surface with heights, the height of the surface at the tip (`lift`) is subtracted from h.
+    surface with heights, the height h of the surface at the tip is subtracted from η(X).
 
     Attributes
     ----------
-    response : Response or HeightRange
-        Response of the rod at the one height of a level stage, or its responses at all heights that
-        an oblique stage reaches.
+    response : Response or ResponseOverEta
+        Response of the rod at the one distance of a level stage, or at all distances to which an
+        oblique stage or the heights of a surface take it.
     eta : float
-        Height with the clamp at 0 (L).
+        Clamp–surface distance with the clamp at 0 (L).
     angle : float
         δ (rad); positive: the clamp approaches the surface as it moves.
     """
 
-    response: Response | HeightRange
+    response: Response | ResponseOverEta
     eta: float
     angle: float = 0.0
 
@@ -114,32 +114,32 @@ class Stage:
         """Convert clamp positions along the stage to positions along the surface (L)."""
         return np.asarray(np.asarray(clamp) * np.cos(self.angle))
 
-    def height(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> FloatArray:
-        """Height of the contact point above the clamp (L), at positions of the clamp.
+    def distance(self, clamp: ArrayLike, height: ArrayLike = 0.0) -> FloatArray:
+        """Distance η(X) − h of the contact point from the clamp (L), across the surface.
 
-        On a level stage it has the shape of `lift`.
+        On a level stage it has the shape of `height`.
         """
         if self.angle == 0.0:
-            return np.asarray(self.eta - np.asarray(lift))
-        return height_at(clamp, self.eta, self.angle) - np.asarray(lift)
+            return np.asarray(self.eta - np.asarray(height))
+        return distance_at(clamp, self.eta, self.angle) - np.asarray(height)
 
-    def reach(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> FloatArray:
-        """Distance of the height from the ends of the heights at which the rod is solved (L)."""
-        height = self.height(clamp, lift)
+    def reach(self, clamp: ArrayLike, height: ArrayLike = 0.0) -> FloatArray:
+        """How far the distance is within the range at which the rod is solved (L)."""
+        distance = self.distance(clamp, height)
         if isinstance(self.response, Response):
-            return np.full(height.shape, np.inf)
+            return np.full(distance.shape, np.inf)
         return np.minimum(
-            height - self.response.parts[0].low, self.response.parts[-1].high - height
+            distance - self.response.parts[0].low, self.response.parts[-1].high - distance
         )
 
-    def at(self, clamp: ArrayLike, lift: ArrayLike = 0.0) -> Response | HeightStates:
-        """Return the rod's states at the height that belongs to each clamp position."""
+    def at(self, clamp: ArrayLike, height: ArrayLike = 0.0) -> Response | StatesAtEta:
+        """Return the rod's states at the distance that belongs to each clamp position."""
         if isinstance(self.response, Response):
             return self.response
-        return self.response.states(self.height(clamp, lift))
+        return self.response.states(self.distance(clamp, height))
 
     def states(
-        self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike, lift: ArrayLike = 0.0
+        self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike, height: ArrayLike = 0.0
     ) -> Held:
         """Return the rod's states, and the displacement x0 of each (L).
 
@@ -151,17 +151,17 @@ class Stage:
             Position of the tip along the surface (L).
         side : array_like
             1 for a tip ahead of the clamp, −1 for a tip behind it.
-        lift : array_like
+        height : array_like
             Height of the surface at the tip (L).
         """
-        states, ahead = self.at(clamp, lift), self.along(clamp) - np.asarray(contact)
+        states, ahead = self.at(clamp, height), self.along(clamp) - np.asarray(contact)
         return Held(states, np.asarray(states.x1_init + np.asarray(side) * ahead))
 
 
 def stage_of(
     rod: MountedRod, positions: FloatArray, partly: bool = False, texture: Texture | None = None
 ) -> Stage:
-    """Solve a rod at all heights that its clamp reaches on its stage.
+    """Solve a rod at all distances from the surface that its clamp reaches on its stage.
 
     Parameters
     ----------
@@ -170,13 +170,13 @@ def stage_of(
     partly : bool
         Whether to accept a curve on a level stage that the solver did not follow to its end.
     texture : Texture, optional
-        Heights of the surface. Where they leave the range of heights that a rod can reach, the
-        stage ends: see `Stage.reach`.
+        Heights of the surface. Where they leave the range that a rod can reach, the stage ends: see
+        `Stage.reach`.
 
     Raises
     ------
     NoResponseError
-        If the sticking curve cannot be solved at one of these heights, or η comes too close to
+        If the sticking curve cannot be solved at one of these distances, or η comes too close to
         0 or to 1.
     ArgumentError
         If the surface has heights, and the rod may lie down on it.
@@ -184,19 +184,19 @@ def stage_of(
     angle = rod.mounting.stage_angle
     if texture is None and angle == 0.0:
         return Stage(response=responses([rod], partly)[0], eta=rod.eta)
-    reached = rod.height(np.append(positions, 0.0))
+    reached = rod.distance(np.append(positions, 0.0))
     low, high = float(reached.min()), float(reached.max())
     if texture is not None:
         if rod.contact is Contact.LINE:
             raise ArgumentError("on a surface with heights the contact must be 'point', not 'line'")
         check_range(rod, low, high)
-        low = max(low - _margin(texture.high), LOWEST)
+        low = max(low - _margin(texture.high), NEAREST)
         high = max(high, min(high + _margin(-texture.low), UPRIGHT))
     return Stage(response=respond_over(rod.level(rod.eta), low, high), eta=rod.eta, angle=angle)
 
 
 def _margin(height: float) -> float:
-    """Margin of heights at which a rod is solved for crests or valleys of a height (L).
+    """Margin of distances at which a rod is solved for crests or valleys of a height (L).
 
     It is a little more, and one of few values, so that a rod need not be solved for each texture.
     """

@@ -37,7 +37,7 @@ class Footing(NamedTuple):
 
     Attributes
     ----------
-    contact, lift : float
+    contact, height : float
         Position along the surface, and height h there (L).
     mu0 : float
         Coefficient of static friction.
@@ -47,7 +47,7 @@ class Footing(NamedTuple):
     """
 
     contact: float
-    lift: float
+    height: float
     mu0: float
     ahead: Face
     behind: Face
@@ -171,14 +171,14 @@ class Surface:
         mu0 = float(self(contact))
         if self.texture is None:
             face = Face(slope=0.0, mu0=mu0)
-            return Footing(contact=contact, lift=0.0, mu0=mu0, ahead=face, behind=face)
+            return Footing(contact=contact, height=0.0, mu0=mu0, ahead=face, behind=face)
         ahead, behind = (
             np.clip(contact + way * side * nothing(contact), self.start, self.stop)
             for way in (1, -1)
         )
         return Footing(
             contact=contact,
-            lift=float(self.height(contact)),
+            height=float(self.height(contact)),
             mu0=mu0,
             ahead=Face(slope=side * float(self.slope(ahead)), mu0=float(self(ahead))),
             behind=Face(slope=side * float(self.slope(behind)), mu0=float(self(behind))),

@@ -28,7 +28,7 @@ class Margin(IntEnum):
     END, PULL
         Distances of x0 from the largest and the smallest x0 of the computed states (L).
     REACH
-        Distance of the height from the ends of the computed heights (L).
+        How far the clamp–surface distance is within the computed range (L).
     """
 
     FORWARD = 0
@@ -66,13 +66,13 @@ class EndOfSticking(NamedTuple):
 
     Attributes
     ----------
-    step : int
+    stop : int
         Index of the first step at which it does not stick, or the number of steps of the scan.
     until : float
         Clamp position at which sticking ends (L); NaN if the tip sticks to the end of the scan.
     """
 
-    step: int
+    stop: int
     until: float
 
 
@@ -126,9 +126,12 @@ class Tip:
         Place of the tip on the surface, with the friction there.
     side : int
         1 for a tip ahead of the clamp, −1 for a tip behind it.
+    clamp : float
+        Position of the clamp at which the tip begins to stick (L): that of a step or, after lateral
+        buckling, between two steps.
     begin : int
-        Index of the step at which the tip begins to stick.
-    rest : float
+        Index of the first step at which the tip sticks, if it still does.
+    x0_rest : float
         Displacement x0 at which it came to rest (L); NaN if it has stuck since lateral buckling.
     slipped : bool
         True if the tip has stuck since a slip or since the start of the scan, False if it has stuck
@@ -138,8 +141,9 @@ class Tip:
     stage: Stage
     footing: Footing
     side: int = 1
+    clamp: float = 0.0
     begin: int = 0
-    rest: float = 0.0
+    x0_rest: float = 0.0
     slipped: bool = True
 
     @property
@@ -154,7 +158,7 @@ class Tip:
 
     def held(self, clamp: ArrayLike) -> Held:
         """Return the states of the rod at clamp positions, and the x0 of each (L)."""
-        return self.stage.states(clamp, self.contact, self.side, self.footing.lift)
+        return self.stage.states(clamp, self.contact, self.side, self.footing.height)
 
     def margins(self, clamp: ArrayLike) -> FloatArray:
         """Compute the margins of sticking at each clamp position, shape (5, ...).
@@ -162,7 +166,7 @@ class Tip:
         The tip sticks while none is negative. `Margin` names the rows.
         """
         states, x0 = self.held(clamp)
-        loads = states(states.clip(x0))
+        loads = states.reactions(states.clip(x0))
         ahead, behind = self.footing.ahead, self.footing.behind
         on_ahead, on_behind = (
             contact_forces(loads[..., 0], loads[..., 1], face.slope) for face in (ahead, behind)
@@ -173,7 +177,7 @@ class Tip:
                 behind.mu0 * on_behind.normal - on_behind.tangential,
                 states.x0_end - x0,
                 x0 - states.x0_pull,
-                np.broadcast_to(self.stage.reach(clamp, self.footing.lift), x0.shape),
+                np.broadcast_to(self.stage.reach(clamp, self.footing.height), x0.shape),
             ]
         )
 
@@ -188,26 +192,21 @@ class Tip:
         past = states.x0_lock if self.footing.behind.slope else 0.0
         return Exit(margin=least, locked=bool(x0 > past))
 
-    def sticks_until(self, path: ClampPath, clamp: float) -> EndOfSticking:
-        """Find the first step at which the tip no longer sticks.
-
-        Parameters
-        ----------
-        clamp : float
-            Clamp position at which the tip begins to stick (L).
-        """
+    def sticks_until(self, path: ClampPath) -> EndOfSticking:
+        """Find the first step at which the tip no longer sticks."""
+        clamp = self.clamp
         # The tip sticks between these clamp positions; an end beyond the path is infinite.
         low = self._limit(clamp, min(clamp, float(path.least[self.begin])), -1.0)
         high = self._limit(clamp, max(clamp, float(path.most[self.begin])), 1.0)
         error = self.stage.at(clamp).accuracy
         # A tip sticks in the step of its slip; after lateral buckling it may slip at once.
         for first in range(self.begin + int(self.slipped), len(path), BLOCK):
-            some = path.positions[first : first + BLOCK]
-            out = np.flatnonzero((some > high + error) | (some < low - error))
+            positions = path.positions[first : first + BLOCK]
+            out = np.flatnonzero((positions > high + error) | (positions < low - error))
             if len(out):
-                step = first + int(out[0])
-                return EndOfSticking(step=step, until=high if path.positions[step] > high else low)
-        return EndOfSticking(step=len(path), until=np.nan)
+                stop = first + int(out[0])
+                return EndOfSticking(stop=stop, until=high if path.positions[stop] > high else low)
+        return EndOfSticking(stop=len(path), until=np.nan)
 
     def _limit(self, begin: float, end: float, way: float) -> float:
         """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""

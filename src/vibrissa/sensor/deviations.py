@@ -17,8 +17,8 @@ from scipy.interpolate import CubicSpline
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.units import Quantity
-from vibrissa.scanning.cycles import MakesStage
-from vibrissa.scanning.simulation import Scan
+from vibrissa.scanning.cycles import StageMaker
+from vibrissa.scanning.scan import Scan
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.textures import Texture, splined
 from vibrissa.sensor.identification.derivatives import moved, scale_of
@@ -214,7 +214,7 @@ class Prior:
 class Moves(Protocol):
     """Scans over a surface, with all lengths in units of the true rod."""
 
-    def __call__(self, stage: MakesStage, surface: Surface, scale: float) -> Scan:
+    def __call__(self, make_stage: StageMaker, surface: Surface, scale: float) -> Scan:
         """Return the scan; the stage moves by `scale` times the steps that are stated."""
         ...
 

@@ -9,7 +9,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Quantity, Units
 from vibrissa.scanning.cycles import move
-from vibrissa.scanning.simulation import Scan, TipPhase, TipSide
+from vibrissa.scanning.scan import Scan, TipPhase, TipSide
 from vibrissa.scanning.slip import SlipLaw, SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
@@ -70,7 +70,7 @@ class Signals(Tabular):
             "contact": Column(truth.contact * unit, length, "position of the tip"),
             "x0": Column(truth.x0 * unit, length, "clamp displacement from the alpha = 0 state"),
             "mu0": Column(truth.mu0, "1", "static friction under the tip"),
-            "height": Column(truth.lift * unit, length, "height of the surface under the tip"),
+            "height": Column(truth.height * unit, length, "height of the surface under the tip"),
             "inclination": Column(truth.inclination, "rad", "of the surface; < 0 where it rises"),
             "apparent_friction": Column(
                 truth.apparent_friction,

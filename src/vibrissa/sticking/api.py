@@ -15,8 +15,8 @@ from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.limits import check_bore
 from vibrissa.mechanics.admissibility import TOLERANCE, clearances
-from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.equations import ends, shape
+from vibrissa.mechanics.lateral import lateral_stability
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.shape import Shape
 from vibrissa.mechanics.stability import stability
@@ -353,7 +353,7 @@ def _loads(solution: RodStates | None) -> dict[str, float]:
         "phi1": 0.0 if solution.line[0] else float(end.phi1[0]),
         "s_c": float(solution.s_c[0]),
         "stability": float(stability(solution)[0]),
-        "stability_aside": float(stability_aside(solution)[0]),
+        "stability_aside": float(lateral_stability(solution)[0]),
     }
 
 

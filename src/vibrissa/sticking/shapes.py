@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.aside import stability_aside
+from vibrissa.mechanics.lateral import lateral_stability
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import SCALARS, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
@@ -61,8 +61,8 @@ class SolvedParts:
             unknowns=chosen.reshape(-1, columns),
             line=np.repeat(self.line, count),
         ).on_nodes(max(round(STABILITY_NODES * nodes), FEWEST_STABILITY_NODES))
-        aside = stability_aside(few) if self.round_rods else np.full(len(few), np.nan)
-        values = np.stack([stability(few), aside]).reshape(2, number, count)
+        lateral = lateral_stability(few) if self.round_rods else np.full(len(few), np.nan)
+        values = np.stack([stability(few), lateral]).reshape(2, number, count)
         return np.moveaxis(values, 0, 1) @ chebyshev_transform(count).T
 
 

@@ -504,24 +504,24 @@ class Study(Section):
         return {"contact": self.contact, "section": self.section, "method": self.method}
 
     @property
-    def solved(self) -> dict[str, Any]:
+    def solver_settings(self) -> dict[str, Any]:
         """The solver, and what it computes at each point of a grid or scan, as plain values."""
         return {**self.solver, "frequencies": self.frequencies}
 
     def chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk, as text for the metadata of its table."""
-        return self.chunks[name].part(self.solved)
+        return self.chunks[name].part(self.solver_settings)
 
     def scan_chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk of scans, as text for its tables' metadata."""
-        return self.scan_chunks[name].part(self.solved)
+        return self.scan_chunks[name].part(self.solver_settings)
 
     def reading_chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk of readings, as text for its metadata."""
-        return self.reading_chunks[name].part(self.read)
+        return self.reading_chunks[name].part(self.reading_settings)
 
     @property
-    def read(self) -> dict[str, str]:
+    def reading_settings(self) -> dict[str, str]:
         """What holds for all recordings of the study, as plain values."""
         return {"contact": self.contact, "section": self.section}
 

@@ -155,12 +155,12 @@ class ScanSection(Section):
 
 
 def variants_of(
-    scan: ScanSection, surfaces: Mapping[str, SurfaceSection], folder: Path
+    section: ScanSection, surfaces: Mapping[str, SurfaceSection], folder: Path
 ) -> list[Variant]:
     """List the surfaces of a scan."""
-    if scan.surface is None:
-        return [{"surface": PLANE, "mu0": mu0} for mu0 in scan.mu0 or ()]
-    return [found for name in scan.surface for found in surfaces[name].variants(name, folder)]
+    if section.surface is None:
+        return [{"surface": PLANE, "mu0": mu0} for mu0 in section.mu0 or ()]
+    return [found for name in section.surface for found in surfaces[name].variants(name, folder)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,15 +169,15 @@ class ScanChunk:
 
     Attributes
     ----------
-    scan : str
-        Name of the scans.
+    scan_name : str
+        Name of the scans in the study file.
     axes : mapping
         Values of the axes of the rod and of the step.
     first : int
         Number of the first surface among those of the scans, from 1.
     """
 
-    scan: str
+    scan_name: str
     axes: Mapping[str, Values]
     first: int
     surfaces: Sequence[Variant]
@@ -191,13 +191,13 @@ class ScanChunk:
     @cached_property
     def name(self) -> str:
         """Name such as ``laws/theta1_eta0.85_dx00.001_surface1``."""
-        rods = Chunk(grid=self.scan, axes=self.axes).name
+        rods = Chunk(grid=self.scan_name, axes=self.axes).name
         return f"{rods}_dx0{spell_value(self.axes['dx0'][0])}_surface{self.first}"
 
     @property
     def params(self) -> dict[str, Any]:
         """Inputs that determine the rows, as plain values."""
-        names = ("scan", "axes", "surfaces", "laws", "to", "cycles", "shapes", "each_step")
+        names = ("scan_name", "axes", "surfaces", "laws", "to", "cycles", "shapes", "each_step")
         return {name: getattr(self, name) for name in names}
 
     def part(self, solver: Mapping[str, str]) -> str:
@@ -219,7 +219,7 @@ class ScanChunk:
 
 def scan_chunks(
     name: str,
-    scan: ScanSection,
+    section: ScanSection,
     surfaces: Sequence[Variant],
     fixed: Mapping[str, int],
     shapes: bool,
@@ -234,24 +234,24 @@ def scan_chunks(
     fixed : mapping
         Largest number of values of some axes in a chunk, which replaces the default.
     """
-    room = max(1, MOST_PERIODS // (scan.periods * len(scan.laws)))
+    room = max(1, MOST_PERIODS // (section.periods * len(section.laws)))
     at_once = min(MOST_SURFACES, room)
     room = max(1, room // min(at_once, len(surfaces)))
     sizes = {}
     for axis, most in SIZES.items():
         sizes[axis] = fixed.get(axis, min(most, room))
-        room = max(1, room // min(sizes[axis], len(scan.rods[axis])))
-    for chunk in chunks_of(name, scan.rods, sizes):
+        room = max(1, room // min(sizes[axis], len(section.rods[axis])))
+    for chunk in chunks_of(name, section.rods, sizes):
         for first in range(0, len(surfaces), at_once):
             yield ScanChunk(
-                scan=name,
+                scan_name=name,
                 axes=chunk.axes,
                 first=first + 1,
                 surfaces=surfaces[first : first + at_once],
-                laws=scan.laws,
-                to=scan.to,
-                cycles=scan.cycles,
+                laws=section.laws,
+                to=section.to,
+                cycles=section.cycles,
                 shapes=shapes,
-                each_step=scan.each_step,
-                periods=scan.periods,
+                each_step=section.each_step,
+                periods=section.periods,
             )

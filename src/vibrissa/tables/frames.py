@@ -58,7 +58,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
     return frame
 
 
-def swung_aside(steps: pd.DataFrame) -> pd.Series:
+def laterally_buckled(steps: pd.DataFrame) -> pd.Series:
     """Mark the steps at which a round rod has buckled laterally: there φ1 > π/2."""
     return (steps["phi1"] > 0.5 * math.pi) & steps["stability_aside"].notna()
 

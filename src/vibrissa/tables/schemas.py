@@ -1,4 +1,7 @@
-"""The Arrow schema of each table, made from the data dictionary columns.toml."""
+"""Which columns each table has, in which order: its Arrow schema.
+
+The meaning, unit and range of each column are in data_dictionary.toml.
+"""
 
 import tomllib
 from importlib.resources import files
@@ -37,7 +40,7 @@ UNKNOWN_MARGINS = {
 }
 
 DICTIONARY = tomllib.loads(
-    files("vibrissa.tables").joinpath("columns.toml").read_text(encoding="utf-8")
+    files("vibrissa.tables").joinpath("data_dictionary.toml").read_text(encoding="utf-8")
 )
 
 

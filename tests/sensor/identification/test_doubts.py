@@ -64,7 +64,7 @@ def test_samples_of_a_rest_that_was_not_cut_off_are_not_in_the_mean(response):
     clamp, readings, _ = signals(response)
     # At rest the readings stay, while the clamp is taken to move.
     rest = np.arange(-2, 0) * 0.0005 + clamp[0]
-    begun = measured(response(np.zeros(2)), 5)
+    begun = measured(response.reactions(np.zeros(2)), 5)
     whole = identified(clamp, readings).periods
     late = identified(np.r_[rest, clamp], np.r_[begun, readings])
     assert late.periods.grade[0] == Grade.WRONG

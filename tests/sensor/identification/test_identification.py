@@ -14,7 +14,8 @@ from steel import NOISE, ROD, SCALE, SENSOR, STIFF, TRANSDUCER, identified, meas
 from vibrissa.errors import WrongRodError
 from vibrissa.quantities.units import Units
 from vibrissa.scanning import surfaces
-from vibrissa.scanning.simulation import TipPhase, simulate
+from vibrissa.scanning.scan import TipPhase
+from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import path
 from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.identification.noise import noise_of

@@ -5,7 +5,7 @@ import pytest
 
 from vibrissa import Mounting
 from vibrissa.errors import VibrissaError
-from vibrissa.scanning.heights import check_range
+from vibrissa.scanning.response_over_eta import check_range
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.identification.derivatives import moved, scale_of
 from vibrissa.sensor.identification.parameters import parameters_of, ranges_of

@@ -119,7 +119,7 @@ def in_flight(whisker, signals, rows=50):
         way = moved[slip : slip + rows]
         smooth = (part**2 * (3 - 2 * part))[: len(way)]
         way[:] = place[slip - 1] + (place[slip] - place[slip - 1]) * smooth
-    return whisker.response(truth.clamp - moved) * whisker.units.channels
+    return whisker.response.reactions(truth.clamp - moved) * whisker.units.channels
 
 
 def filtered(signals, sections):

@@ -11,7 +11,7 @@ from validation.sensor.bench import scan
 from validation.sensor.bench_rod import IDEAL_STATE, Rod, solve
 from validation.sensor.laboratory import NOISE, STEP, believed, in_words
 from validation.sensor.mistakes import bench_of
-from vibrissa.scanning.heights import respond_over
+from vibrissa.scanning.response_over_eta import respond_over
 from vibrissa.sensor import Whisker, identify
 from vibrissa.sensor.identification.forward import ForwardModel
 

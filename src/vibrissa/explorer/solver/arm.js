@@ -5,7 +5,7 @@ import { isPossible } from "./beginning.js";
 import { bracketedRoot } from "./numerics/roots.js";
 import { isStraight, naturalCurvature } from "./rod/mounting.js";
 import { solvedState, tangent } from "./rod/newton.js";
-import { marginAside } from "./rod/stability.js";
+import { lateralMargin } from "./rod/stability.js";
 
 /** First and shortest step, and the longest, in units of the first state's offset and force. */
 const FIRST_STEP = 0.02;
@@ -288,7 +288,7 @@ function nearestTo(branch, from, to, value) {
  * @type {(branch: Branch, state: State) => number}
  */
 export function swung({ rod }, state) {
-  if (!isStraight(rod.mounting)) return marginAside(rod, state);
+  if (!isStraight(rod.mounting)) return lateralMargin(rod, state);
   const { angle } = rod.mounting;
   return (state.offset + state.sc - 1) * Math.cos(angle) + state.height * Math.sin(angle);
 }

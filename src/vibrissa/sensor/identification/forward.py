@@ -1,7 +1,7 @@
 """The forward model: readings and friction for a set-up and the x0 at the end of each period.
 
-With the clamp at X, the height h(X) and the displacement x0(X) are those of `Stage`. Each period
-has one unknown u: x0 in its last sample. From the loads R(x0, h) of the rod the transducer makes
+With the clamp at X, the distance η(X) and the displacement x0(X) are those of `Stage`. Each period
+has one unknown u: x0 in its last sample. From the loads R(x0, η) of the rod the transducer makes
 the readings (1 + Σ p_k·M_k)·R plus its zeros, where M_k is the matrix of the parameter p_k of the
 transducer.
 
@@ -26,15 +26,15 @@ from numpy.typing import ArrayLike
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes
-from vibrissa.scanning.heights import (
-    HIGHEST,
-    LOWEST,
-    HeightRange,
-    Heights,
-    HeightStates,
+from vibrissa.scanning.response import Response, States, responses
+from vibrissa.scanning.response_over_eta import (
+    FARTHEST,
+    NEAREST,
+    EtaPart,
+    ResponseOverEta,
+    StatesAtEta,
     check_range,
 )
-from vibrissa.scanning.response import Response, States, responses
 from vibrissa.scanning.stage import Held, Stage
 from vibrissa.sensor.identification.derivatives import derivatives, moved, scale_of
 from vibrissa.sensor.identification.parameters import OF_ROD, STEP
@@ -95,7 +95,8 @@ def forward_models(
     ends = task.ends
     way = np.append(task.blocks.clamp, ends.clamp + ends.gap)
     nodes = [
-        _nodes(rod, rod.height(scale_of(size) * way)) for rod, size in zip(rods, sizes, strict=True)
+        _nodes(rod, rod.distance(scale_of(size) * way))
+        for rod, size in zip(rods, sizes, strict=True)
     ]
     levels = [
         rod.level(eta)
@@ -105,7 +106,7 @@ def forward_models(
     solved = iter(kept_responses(*levels) if keep else responses(levels, partly=True))
     parts = [[_part(part, [next(solved) for _ in part]) for part in heights] for heights in nodes]
     return [
-        ForwardModel(task=task, given=given, p=p, heights=HeightRange(parts=tuple(of_rod)))
+        ForwardModel(task=task, given=given, p=p, heights=ResponseOverEta(parts=tuple(of_rod)))
         for p, of_rod in zip(sets, parts, strict=True)
     ]
 
@@ -121,7 +122,7 @@ def _nodes(whisker: Whisker, height: FloatArray) -> FloatArray:
     low, high = float(height.min()), float(height.max())
     check_range(whisker, low, high)
     room = ROOM * (1.0 - high)
-    low, high = max(low - room, LOWEST), min(high + room, HIGHEST)
+    low, high = max(low - room, NEAREST), min(high + room, FARTHEST)
     if high - low < NARROW * (1.0 - high):
         return np.asarray(low + (high - low) * chebyshev_nodes(FEWEST))[None]
     # From part to part the gap to an upright rod grows by the same factor.
@@ -141,7 +142,7 @@ class ForwardModel:
     task: Task
     given: Whisker
     p: FloatArray
-    heights: HeightRange
+    heights: ResponseOverEta
 
     @cached_property
     def size(self) -> dict[str, float]:
@@ -198,7 +199,7 @@ class ForwardModel:
     def _of_ball(self, states: States, x0: FloatArray) -> FloatArray:
         """Return the loads on the clamp with the tip of this set-up, shape x0.shape + (3,)."""
         loads = states.derivative(x0, 0)
-        if not (self.radius and isinstance(states, HeightStates)):
+        if not (self.radius and isinstance(states, StatesAtEta)):
             return loads
         fx = loads[..., 0]
         ahead = states.x1_init - x0
@@ -283,13 +284,13 @@ def _up_to_lock(branch: Response) -> FloatArray:
     return bounds[(bounds <= branch.x0_lock) | (bounds == branch.x0_end)]
 
 
-def _part(heights: FloatArray, branches: list[Response]) -> Heights:
+def _part(heights: FloatArray, branches: list[Response]) -> EtaPart:
     """Interpolate responses between a few heights."""
     low, high = float(heights[0]), float(heights[-1])
     for choose in (lambda branch: branch.bounds, _without_lock, _up_to_lock):
         bounds = [choose(branch) for branch in branches]
         if len({len(marks) for marks in bounds}) == 1:
-            return Heights(low=low, high=high, branches=tuple(branches), bounds=np.array(bounds))
+            return EtaPart(low=low, high=high, branches=tuple(branches), bounds=np.array(bounds))
     raise NoResponseError(
         f"the kind of contact changes between the heights {low:.6g} and {high:.6g} (units of L)"
     )

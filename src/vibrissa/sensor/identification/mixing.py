@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from vibrissa.errors import MixedColumnsError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.scanning.heights import check_range
+from vibrissa.scanning.response_over_eta import check_range
 from vibrissa.sensor.identification.forward import kept_responses
 from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.identification.task import Task
@@ -96,12 +96,12 @@ def table_of_states(task: Task, whisker: Whisker) -> StateTable:
         If the rod has no response, or the stage brings the clamp too near to the surface or too far
         from it.
     """
-    heights = whisker.height(task.recording.clamp)
+    heights = whisker.distance(task.recording.clamp)
     low, high = float(heights.min()), float(heights.max())
     check_range(whisker, low, high)
     (branch,) = kept_responses(whisker.level(0.5 * (low + high)))
     x0 = np.linspace(branch.x0_pull, branch.x0_end, TABLE)
-    loads = branch(x0)
+    loads = branch.reactions(x0)
     if len(task.used) == 1:
         # One channel distinguishes the states only as long as it grows.
         back = np.flatnonzero(np.diff(task.weighted(loads)[:, 0]) <= 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.mechanics.taper import MOST_TAPER, modulus
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.scanning.heights import HIGHEST, LOWEST
+from vibrissa.scanning.response_over_eta import FARTHEST, NEAREST
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.sensor.tolerances import TOLERABLE
 from vibrissa.sensor.transducer import CHANNELS
@@ -154,8 +154,8 @@ def ranges_of(rod: MountedRod | None) -> dict[str, Bounds]:
         "theta": Bounds(low=1.0 - rod.theta, high=thinnest - rod.theta),
         # Downwards, as forces are singular where the rod is upright.
         "eta": Bounds(
-            low=LOWEST - rod.eta,
-            high=HIGHEST - rod.eta,
+            low=NEAREST - rod.eta,
+            high=FARTHEST - rod.eta,
             step=-STEP_IN_GAP * (1.0 - rod.eta),
         ),
         "clamp_angle": Bounds(
@@ -168,7 +168,7 @@ def ranges_of(rod: MountedRod | None) -> dict[str, Bounds]:
         # A rod that lies on the surface has no neighbour that is curved towards the surface.
         "curvature": Bounds(low=-MOST_CURVED, high=MOST_CURVED, step=-STEP),
         "stiffening": Bounds(low=-LEAST_WALL * float(least)),
-        "tip_radius": Bounds(low=0.0, high=min(ROUNDEST, rod.eta - LOWEST)),
+        "tip_radius": Bounds(low=0.0, high=min(ROUNDEST, rod.eta - NEAREST)),
         "transducer_angle": Bounds(low=-MOST_ANGLE, high=MOST_ANGLE),
         "modulus": scale,
         "diameter": scale,

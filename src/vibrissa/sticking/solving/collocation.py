@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.equations import FX, FY, ClosingCondition, ends
+from vibrissa.mechanics.lateral import lateral_stability
 from vibrissa.mechanics.mounting import IDEAL, Mounting, rod_columns
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
@@ -52,7 +52,7 @@ BEHIND_CLAMP = 1e-6
 MOST_RETRACTED = 3.001
 # Margin out of the plane below which a round rod has certainly buckled, and the number of nodes on
 # which it is computed.
-PAST_BUCKLING, NODES_ASIDE = -0.02, 24
+PAST_BUCKLING, LATERAL_NODES = -0.02, 24
 
 NO_SWITCH = (
     "a change of the kind of contact could not be located, or two of them lie within one step; "
@@ -309,8 +309,8 @@ def _ended(side: FloatArray, section: RodSection, ideal: bool, most: float) -> E
 
 def has_buckled(states: RodStates) -> BoolArray:
     """Whether round rods have certainly buckled laterally before they reach these plane states."""
-    nodes = min(states.nodes, NODES_ASIDE)
-    return np.asarray(stability_aside(states.on_nodes(nodes)) < PAST_BUCKLING)
+    nodes = min(states.nodes, LATERAL_NODES)
+    return np.asarray(lateral_stability(states.on_nodes(nodes)) < PAST_BUCKLING)
 
 
 def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most: float) -> Knots:

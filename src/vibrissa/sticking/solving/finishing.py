@@ -7,7 +7,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from vibrissa.mechanics.admissibility import ALL, LIMITS, TOLERANCE, Clearance, clearances
-from vibrissa.mechanics.aside import stability_aside
+from vibrissa.mechanics.lateral import lateral_stability
 from vibrissa.mechanics.mounting import CURVATURE
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.batch import Batch
@@ -203,7 +203,7 @@ def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
             alone = path.take(np.array([row]))
             for width in BUCKLING_WIDTHS:
                 sides = share + width * np.array([-1.0, 1.0])
-                low, high = stability_aside(alone.at(sides).states)
+                low, high = lateral_stability(alone.at(sides).states)
                 share = sides[0] + low / (low - high) * (sides[1] - sides[0])
         found[row] = pieces.start[row] + share * (pieces.stop[row] - pieces.start[row])
     return found

@@ -76,7 +76,7 @@ function within(matrix, normal) {
  * the matrix of the elastic energy is then the unit matrix.
  * @type {(rod: Rod, state: State) => number}
  */
-export function marginAside(rod, state) {
+export function lateralMargin(rod, state) {
   const { nodes: count, rule } = rod;
   const { sin, cos, arc } = rod.parts(state.unknowns);
   const { along, across, twist, bend } = rotations(rod, state, sin, cos);

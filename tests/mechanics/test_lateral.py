@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 from validation import stiffness
 from validation.rod_chain import Chain
 from vibrissa import Mounting, solve_curve, solve_state
-from vibrissa.mechanics import aside
-from vibrissa.mechanics.aside import stability_aside
+from vibrissa.mechanics import lateral
+from vibrissa.mechanics.lateral import lateral_stability
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.solving.offsets import solve_offset
@@ -21,7 +21,7 @@ def solved(theta, eta, offset, contact="point", mounting=IDEAL):
 
 
 def margin(theta, eta, offset, contact="point", mounting=IDEAL):
-    return float(stability_aside(solved(theta, eta, offset, contact, mounting))[0])
+    return float(lateral_stability(solved(theta, eta, offset, contact, mounting))[0])
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_in_line_contact_it_vanishes_where_the_clamp_passes_under_the_contact_po
 
 def test_where_it_vanishes_does_not_depend_on_the_torsional_stiffness(monkeypatch):
     stiff = margin(2.0, 0.85, 0.2)
-    monkeypatch.setattr(aside, "POISSON_RATIO", 0.49)
+    monkeypatch.setattr(lateral, "POISSON_RATIO", 0.49)
     assert margin(2.0, 0.85, 0.0) == pytest.approx(0.0, abs=1e-9)
     assert margin(2.0, 0.85, 0.2) < stiff
 
@@ -91,7 +91,7 @@ def test_the_rod_stays_in_its_plane_up_to_the_lock_and_where_it_is_pulled(theta,
 def test_a_state_that_was_not_found_has_no_margin():
     state = solved(1.0, 0.85, 0.3)
     lost = state.with_unknowns(np.nan * state.unknowns)
-    assert np.isnan(stability_aside(lost)).all()
+    assert np.isnan(lateral_stability(lost)).all()
 
 
 @pytest.mark.slow
@@ -161,7 +161,7 @@ def test_the_margin_is_that_of_a_chain_in_space(theta, eta, offset, contact, mou
             factor=stiffness.Factor.of(theta, mounting),
         )
         start = chain.planar(lambda s: state.shape(s)[2])
-        margins.append(chain.margin_aside(*chain.minimum(target, start)))
+        margins.append(chain.lateral_margin(*chain.minimum(target, start)))
     coarse, fine = margins
     # The error falls with the square of the length of a link.
     assert state.stability_aside == pytest.approx((4 * fine - coarse) / 3, abs=2e-5)

@@ -1,8 +1,9 @@
-"""The response of one rod at any height η of a range, interpolated from a few heights.
+"""The response of one rod at any clamp–surface distance η of a range, interpolated over η.
 
-The range is divided into parts. Landmarks (end of pulling, kinks, α = 0, lock, end of pushing)
-divide x0 into smooth stretches. In each part of the range, a quantity at a given fraction of a
-stretch is a polynomial in η, whose coefficients are splines of the fraction.
+The range is divided into parts, and the rod is solved at a few distances in each. Landmarks (end of
+pulling, kinks, α = 0, lock, end of pushing) divide x0 into smooth stretches. In each part of the
+range, a quantity at a given fraction of a stretch is a polynomial in η, whose coefficients are
+splines of the fraction.
 """
 
 from collections.abc import Sequence
@@ -32,7 +33,7 @@ from vibrissa.sticking.piece import StickingState
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-# Number of heights at which the rod is solved in a part, and in a slim part.
+# Number of distances at which the rod is solved in a part, and in a slim part.
 NODES, FEW_NODES = 9, 5
 # Number of knots on a stretch, and the knots as parts of it; the error of a spline is about 1e-9.
 KNOTS = 641
@@ -42,19 +43,19 @@ FRACTIONS = np.linspace(0.0, 1.0, KNOTS)
 EXACT = 1e-8
 # Largest width of a slim part, as a part of the gap to an upright rod.
 SLIM_GAP = 0.05
-# Widest and narrowest part of a range, width of a slim one, and least and largest height (L).
+# Widest and narrowest part of a range, width of a slim one, and least and largest distance (L).
 WIDEST, NARROWEST, SLIM = 0.05, 2e-4, 0.004
-LOWEST, HIGHEST = 0.02, 0.9999
-# Number of parts of ranges of heights that are kept, a few megabytes each.
+NEAREST, FARTHEST = 0.02, 0.9999
+# Number of parts of ranges of distances that are kept, a few megabytes each.
 KEPT_PARTS = 32
-# Number of heights at which the states of a rod are kept, some hundred kilobytes each.
-KEPT_HEIGHTS = 32
+# Number of distances at which the states of a rod are kept, some hundred kilobytes each.
+KEPT_STATES = 32
 # Columns of a state that are interpolated; x0 is known.
 COLUMNS = tuple(name for name in StickingState.names() if name != "x0")
 
 
 class Landmarks(NamedTuple):
-    """Displacements and contact point at n heights (L); see `States`."""
+    """Displacements and contact point at n distances (L); see `States`."""
 
     x0_pull: FloatArray
     x0_lock: FloatArray
@@ -81,35 +82,35 @@ class _Place(NamedTuple):
 
 
 class _Within(NamedTuple):
-    """Heights that lie in one part of a range: their rows, and what is known of each of them.
+    """Distances that lie in one part of a range: their rows, and what is known of each of them.
 
     Attributes
     ----------
-    part : Heights
+    part : EtaPart
     rows : slice or ndarray of int, shape (n,)
-    polynomials : ndarray, shape (n, heights)
+    polynomials : ndarray, shape (n, nodes)
         Chebyshev polynomials.
     marks : ndarray, shape (n, stretches + 3)
         Bounds of the stretches, then x0_lock and x1_init (L).
     """
 
-    part: "Heights"
+    part: "EtaPart"
     rows: slice | IntArray
     polynomials: FloatArray
     marks: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Heights:
-    """States of one rod at all heights in one part of a range.
+class EtaPart:
+    """States of one rod at all distances in one part of a range.
 
     Attributes
     ----------
     low, high : float
-        Least and largest height of the part (L).
+        Least and largest distance of the part (L).
     branches : tuple of Response
         Responses at the Chebyshev points of the part.
-    bounds : ndarray, shape (heights, stretches + 1)
+    bounds : ndarray, shape (nodes, stretches + 1)
         Landmarks of each response, between which its states are smooth (L): the same kinds of
         landmarks in the same order.
     """
@@ -120,7 +121,7 @@ class Heights:
     bounds: FloatArray
 
     @cached_property
-    def _over_heights(self) -> FloatArray:
+    def _over_eta(self) -> FloatArray:
         """Chebyshev coefficients over η of the bounds, of the lock and of x1_init."""
         marks = [(branch.x0_lock, branch.x1_init) for branch in self.branches]
         return np.asarray(
@@ -132,7 +133,7 @@ class Heights:
         """For each stretch, a spline of the Chebyshev coefficients of the reactions along it."""
         return self._splined(
             [
-                branch(_knots(bounds))
+                branch.reactions(_knots(bounds))
                 for branch, bounds in zip(self.branches, self.bounds, strict=True)
             ]
         )
@@ -159,31 +160,30 @@ class Heights:
         return self._splined(tabulated)
 
     def _splined(self, tabulated: Sequence[FloatArray]) -> "list[CubicSpline]":
-        """Spline columns over each stretch; their shape at a height is (stretches, KNOTS, c)."""
+        """Spline columns over each stretch; their shape at a distance is (stretches, KNOTS, c)."""
         from scipy.interpolate import CubicSpline  # takes longer to load than a scan on a plane
 
         transform = chebyshev_transform(len(self.branches))
-        over_heights = np.tensordot(transform, np.array(tabulated), axes=1)
+        over_eta = np.tensordot(transform, np.array(tabulated), axes=1)
         return [
-            CubicSpline(FRACTIONS, np.moveaxis(one, 1, 0))
-            for one in np.moveaxis(over_heights, 1, 0)
+            CubicSpline(FRACTIONS, np.moveaxis(one, 1, 0)) for one in np.moveaxis(over_eta, 1, 0)
         ]
 
     @cached_property
     def _coefficients(self) -> FloatArray:
-        """Cubic pieces of the reactions, shape (stretches, pieces, 4, 3, heights)."""
+        """Cubic pieces of the reactions, shape (stretches, pieces, 4, 3, nodes)."""
         coefficients = np.array([spline.c for spline in self._reactions])
         return np.ascontiguousarray(coefficients.transpose(0, 2, 1, 4, 3))
 
     def _polynomials(self, eta: FloatArray) -> FloatArray:
-        """Chebyshev polynomials at heights, shape (n, heights)."""
+        """Chebyshev polynomials at distances, shape (n, nodes)."""
         position = (2.0 * eta - self.low - self.high) / (self.high - self.low)
         return chebyshev_polynomials(position, len(self.branches)).T
 
     def within(self, eta: FloatArray, rows: slice | IntArray) -> _Within:
-        """Return what is known of heights, shape (n,), which are in the given rows."""
+        """Return what is known of distances, shape (n,), which are in the given rows."""
         polynomials = self._polynomials(eta)
-        marks = np.asarray(polynomials @ self._over_heights)
+        marks = np.asarray(polynomials @ self._over_eta)
         return _Within(part=self, rows=rows, polynomials=polynomials, marks=marks)
 
     def reactions(self, x0: FloatArray, at: _Within, order: int) -> FloatArray:
@@ -194,7 +194,7 @@ class Heights:
         x0 : ndarray, shape (n,)
             Displacement of each state (L).
         at : _Within
-            Height of each state.
+            Distance of each state.
         order : int
             0 for the reactions, 1 for their derivatives; the formula holds for no higher order.
         """
@@ -203,13 +203,13 @@ class Heights:
         return np.asarray(found * place.growth(order))
 
     def tip_angle(self, x0: FloatArray, eta: FloatArray) -> FloatArray:
-        """Return φ1 of states at displacements and heights (rad), shape (n,)."""
+        """Return φ1 of states at displacements and distances (rad), shape (n,)."""
         polynomials = self._polynomials(eta)
         place = self._place(x0, polynomials)
         return self._interpolated(self._tip_angles, place, polynomials, 0)[:, 0]
 
     def states(self, x0: FloatArray, eta: FloatArray) -> FloatArray:
-        """Return the columns `COLUMNS` of states at displacements and heights (L)."""
+        """Return the columns `COLUMNS` of states at displacements and distances (L)."""
         polynomials = self._polynomials(eta)
         found = self._interpolated(self._states, self._place(x0, polynomials), polynomials, 0)
         if self.branches[0].curve.section is RodSection.PLANAR:
@@ -217,9 +217,9 @@ class Heights:
         return found
 
     def shapes(self, x0: FloatArray, offset: FloatArray, eta: FloatArray, s: FloatArray) -> Shape:
-        """Solve shapes at displacements and heights; NaN where a state is not found.
+        """Solve shapes at displacements and distances; NaN where a state is not found.
 
-        The guesses are states at the nearest height at which the rod was solved.
+        The guesses are states at the nearest distance at which the rod was solved.
 
         Parameters
         ----------
@@ -230,8 +230,8 @@ class Heights:
         """
         place = self._place(x0, self._polynomials(eta))
         found = np.full((3, len(x0), len(s)), np.nan)
-        heights = np.array([branch.curve.eta for branch in self.branches])
-        nearest = np.abs(eta[:, None] - heights).argmin(axis=1)
+        nodes = np.array([branch.curve.eta for branch in self.branches])
+        nearest = np.abs(eta[:, None] - nodes).argmin(axis=1)
         for number in np.unique(nearest):
             rows, branch = np.flatnonzero(nearest == number), self.branches[number]
             bounds = self.bounds[number]
@@ -247,14 +247,14 @@ class Heights:
         return Shape(*found)
 
     def pieces_at(self, eta: FloatArray) -> FloatArray:
-        """Cubic pieces of the reactions at the height eta[0], shape (stretches, pieces, 4, 3)."""
+        """Cubic pieces of the reactions at the distance eta[0], shape (stretches, pieces, 4, 3)."""
         pieces = self._coefficients
         # As one matrix: a product of many small ones takes thirty times as long.
         rows = pieces.reshape(-1, pieces.shape[-1])
         return np.asarray((rows @ self._polynomials(eta)[0]).reshape(pieces.shape[:-1]))
 
     def _place(self, x0: FloatArray, polynomials: FloatArray) -> _Place:
-        return _placed(polynomials @ self._over_heights[:, :-2], x0)
+        return _placed(polynomials @ self._over_eta[:, :-2], x0)
 
     def _interpolated(
         self, splines: "Sequence[CubicSpline]", place: _Place, polynomials: FloatArray, order: int
@@ -299,16 +299,16 @@ def _knots(bounds: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class HeightRange:
-    """States of one rod over a range of heights, which is divided into parts.
+class ResponseOverEta:
+    """States of one rod over a range of distances, which is divided into parts.
 
     Attributes
     ----------
-    parts : tuple of Heights
+    parts : tuple of EtaPart
         Parts from low to high; each begins where the part below it ends.
     """
 
-    parts: tuple[Heights, ...]
+    parts: tuple[EtaPart, ...]
 
     @property
     def swings(self) -> bool:
@@ -317,27 +317,27 @@ class HeightRange:
 
     @property
     def x0_touch(self) -> float:
-        """Least x0 (L) with φ1 = 0 at one of the solved heights; infinite if there is none."""
+        """Least x0 (L) with φ1 = 0 at one of the solved distances; infinite if there is none."""
         touches = [one.curve.x0_touch for part in self.parts for one in part.branches]
         return min(filter(np.isfinite, touches), default=np.inf)
 
     @property
     def x0_through(self) -> float:
-        """Least `Response.x0_through` of the solved heights (L)."""
+        """Least `Response.x0_through` of the solved distances (L)."""
         return min(one.x0_through for part in self.parts for one in part.branches)
 
     def part_of(self, eta: ArrayLike) -> IntArray:
-        """Find the number of the part in which each height lies."""
+        """Find the number of the part in which each distance lies."""
         inner = [part.low for part in self.parts[1:]]
         return np.asarray(np.searchsorted(inner, eta, side="right"))
 
-    def states(self, eta: ArrayLike) -> "HeightStates":
-        """Return the rod's states at these heights; heights outside the range are clipped to it."""
+    def states(self, eta: ArrayLike) -> "StatesAtEta":
+        """Return the rod's states at these distances; those outside the range are clipped to it."""
         if np.ndim(eta) == 0:
             return _states_at(self, float(np.asarray(eta)))
         return self._states(eta)
 
-    def _states(self, eta: ArrayLike) -> "HeightStates":
+    def _states(self, eta: ArrayLike) -> "StatesAtEta":
         eta = np.clip(eta, self.parts[0].low, self.parts[-1].high)
         within = self.divided(eta.ravel())
         found = np.empty((len(Landmarks._fields), eta.size))
@@ -345,10 +345,10 @@ class HeightRange:
             # The ends of pulling and pushing, the lock, and x1_init.
             found[:, at.rows] = at.marks[:, [0, -2, -3, -1]].T
         marks = Landmarks(*found.reshape(len(found), *eta.shape))
-        return HeightStates(heights=self, eta=eta, within=within, **marks._asdict())
+        return StatesAtEta(response=self, eta=eta, within=within, **marks._asdict())
 
     def divided(self, eta: FloatArray) -> tuple[_Within, ...]:
-        """Divide heights, shape (n,), by the parts in which they lie."""
+        """Divide distances, shape (n,), by the parts in which they lie."""
         if len(self.parts) == 1:
             return (self.parts[0].within(eta, slice(None)),)
         part_of = self.part_of(eta)
@@ -359,20 +359,20 @@ class HeightRange:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class HeightStates(States):
-    """Sticking states of a rod, with a height for each displacement, or one height for all.
+class StatesAtEta(States):
+    """Sticking states of a rod, with a distance for each displacement, or one distance for all.
 
     Attributes
     ----------
     eta : ndarray
-        Heights (L).
+        Distances (L).
     within : tuple
-        The same heights, in one row, divided by the parts of the range.
+        The same distances, in one row, divided by the parts of the range.
     x0_pull, x0_lock, x0_end, x1_init : ndarray
-        As in `States`, at these heights (L).
+        As in `States`, at these distances (L).
     """
 
-    heights: HeightRange
+    response: ResponseOverEta
     eta: FloatArray
     within: tuple[_Within, ...]
     x0_pull: FloatArray
@@ -383,16 +383,16 @@ class HeightStates(States):
 
     @cached_property
     def bounds(self) -> FloatArray:
-        """Landmarks (L) at the only height in `eta`; the reactions are smooth between them."""
+        """Landmarks (L) at the only distance in `eta`; the reactions are smooth between them."""
         return self.within[0].marks[0, :-2]
 
     @cached_property
     def _pieces(self) -> FloatArray:
-        """Cubic pieces of the reactions at the only height, shape (stretches, pieces, 4, 3)."""
+        """Cubic pieces of the reactions at the only distance, shape (stretches, pieces, 4, 3)."""
         return self.within[0].part.pieces_at(np.atleast_1d(self.eta))
 
-    def _at_one_height(self, x0: FloatArray, order: int) -> FloatArray:
-        """Evaluate the reactions at the only height, as `Heights.reactions` does, but faster."""
+    def _at_one_distance(self, x0: FloatArray, order: int) -> FloatArray:
+        """Evaluate the reactions at the only distance, as `EtaPart.reactions` does, but faster."""
         place = _placed(self.bounds, x0)
         position = place.fraction * (KNOTS - 1)
         piece = np.minimum(position.astype(np.int64), KNOTS - 2)
@@ -406,11 +406,11 @@ class HeightStates(States):
         """See `States`; `order` is 0 or 1."""
         x0 = np.asarray(x0, dtype=float)
         if self.eta.ndim == 0:
-            return self._at_one_height(x0.ravel(), order).reshape(*x0.shape, len(LOADS))
+            return self._at_one_distance(x0.ravel(), order).reshape(*x0.shape, len(LOADS))
         within = self.within
         if x0.shape != self.eta.shape:
             x0, eta = np.broadcast_arrays(x0, self.eta)
-            within = self.heights.divided(eta.ravel())
+            within = self.response.divided(eta.ravel())
         flat = x0.ravel()
         found = np.empty((len(flat), len(LOADS)))
         for at in within:
@@ -419,10 +419,10 @@ class HeightStates(States):
 
     def tip_angle(self, x0: ArrayLike) -> FloatArray:
         """See `States`."""
-        x0, heights = np.broadcast_arrays(np.asarray(x0, dtype=float), self.eta)
-        flat, eta = x0.ravel(), heights.ravel()
-        found, part_of = np.empty(len(flat)), self.heights.part_of(eta)
-        for number, part in enumerate(self.heights.parts):
+        x0, eta = np.broadcast_arrays(np.asarray(x0, dtype=float), self.eta)
+        flat, eta = x0.ravel(), eta.ravel()
+        found, part_of = np.empty(len(flat)), self.response.part_of(eta)
+        for number, part in enumerate(self.response.parts):
             on = part_of == number
             found[on] = part.tip_angle(flat[on], eta[on])
         return found.reshape(x0.shape)
@@ -430,8 +430,8 @@ class HeightStates(States):
     def shapes(self, x0: FloatArray, offset: FloatArray, s: FloatArray) -> Shape:
         """See `States`."""
         eta = np.broadcast_to(self.eta, x0.shape)
-        found, part_of = np.empty((3, len(x0), len(s))), self.heights.part_of(eta)
-        for number, part in enumerate(self.heights.parts):
+        found, part_of = np.empty((3, len(x0), len(s))), self.response.part_of(eta)
+        for number, part in enumerate(self.response.parts):
             on = part_of == number
             if on.any():
                 found[:, on] = part.shapes(x0[on], offset[on], eta[on], s)
@@ -440,18 +440,18 @@ class HeightStates(States):
     def state(self, x0: FloatArray) -> StickingState:
         """See `States`."""
         x0, eta = np.broadcast_arrays(x0, self.eta)
-        found, part_of = np.empty((len(x0), len(COLUMNS))), self.heights.part_of(eta)
-        for number, part in enumerate(self.heights.parts):
+        found, part_of = np.empty((len(x0), len(COLUMNS))), self.response.part_of(eta)
+        for number, part in enumerate(self.response.parts):
             on = part_of == number
             if on.any():
                 found[on] = part.states(x0[on], eta[on])
         return StickingState(x0=x0, **dict(zip(COLUMNS, found.T, strict=True)))
 
 
-@lru_cache(KEPT_HEIGHTS)
-def _states_at(heights: HeightRange, eta: float) -> HeightStates:
-    """Return the states at one height, which are evaluated many times."""
-    return heights._states(eta)
+@lru_cache(KEPT_STATES)
+def _states_at(response: ResponseOverEta, eta: float) -> StatesAtEta:
+    """Return the states at one distance, which are evaluated many times."""
+    return response._states(eta)
 
 
 def check_range(rod: MountedRod, low: float, high: float) -> None:
@@ -460,29 +460,30 @@ def check_range(rod: MountedRod, low: float, high: float) -> None:
     Raises
     ------
     NoResponseError
-        If the heights from `low` to `high` (L) leave the range from `LOWEST` to `HIGHEST`.
+        If the distances from `low` to `high` (L) leave the range from `NEAREST` to `FARTHEST`.
     """
-    if low < LOWEST or high > HIGHEST:
-        least, most, lowest, highest = map(rod.spell, (low, high, LOWEST, HIGHEST))
+    if low < NEAREST or high > FARTHEST:
+        least, most, nearest, farthest = map(rod.spell, (low, high, NEAREST, FARTHEST))
         raise NoResponseError(
-            f"the stage takes the rod to heights from {least} to {most}, but they must lie between "
-            f"{lowest} and {highest}: shorten the path, or check the positions of the clamp"
+            f"the stage takes the clamp to distances from {least} to {most}, but its distance to "
+            f"the surface must lie between {nearest} and {farthest}: shorten the path, or check "
+            "the positions of the clamp"
         )
 
 
-def respond_over(rod: MountedRod, low: float, high: float) -> HeightRange:
-    """Solve a rod on a level stage at all heights of a range.
+def respond_over(rod: MountedRod, low: float, high: float) -> ResponseOverEta:
+    """Solve a rod on a level stage at all distances of a range.
 
     Parameters
     ----------
     low, high : float
-        Least and largest height (L); the height of the rod lies between them.
+        Least and largest distance (L); the distance of the rod lies between them.
 
     Raises
     ------
     NoResponseError
         If the surface comes too near to the clamp, or the rod is almost upright, or has no response
-        at one of the heights.
+        at one of the distances.
     """
     check_range(rod, low, high)
     _check_response(rod)
@@ -491,17 +492,17 @@ def respond_over(rod: MountedRod, low: float, high: float) -> HeightRange:
         down, up = np.arange(rod.eta, low, -WIDEST), np.arange(rod.eta, high, WIDEST)
         edges = np.unique([low, *down, *up, high]).tolist()
     parts = [part for ends in pairwise(edges) for part in _parts(rod, *ends)]
-    return HeightRange(parts=tuple(parts))
+    return ResponseOverEta(parts=tuple(parts))
 
 
 @lru_cache(KEPT_PARTS)
 def _check_response(rod: MountedRod) -> None:
-    """Raise an error if a rod has no response at its own height; see `responses`."""
+    """Raise an error if a rod has no response at its own distance; see `responses`."""
     responses([rod])
 
 
-def _parts(rod: MountedRod, low: float, high: float) -> list[Heights]:
-    """Interpolate the responses of a rod; halve the range of heights until that is possible."""
+def _parts(rod: MountedRod, low: float, high: float) -> list[EtaPart]:
+    """Interpolate the responses of a rod; halve the range of distances until that is possible."""
     try:
         return [interpolated(rod, low, high)]
     except NoResponseError as error:
@@ -509,27 +510,27 @@ def _parts(rod: MountedRod, low: float, high: float) -> list[Heights]:
         if middle - low < NARROWEST:
             least, most = map(rod.spell, (low, high))
             raise NoResponseError(
-                f"the stage takes the rod to heights from {least} to {most}, where the response "
-                f"is not known: {error}; shorten the path, or take another eta or theta"
+                f"the stage takes the clamp to distances from {least} to {most}, where the "
+                f"response is not known: {error}; shorten the path, or take another eta or theta"
             ) from None
     return [*_parts(rod, low, middle), *_parts(rod, middle, high)]
 
 
 @lru_cache(KEPT_PARTS)
-def interpolated(rod: MountedRod, low: float, high: float) -> Heights:
-    """Interpolate the responses of a rod between two heights, with an error below `EXACT`.
+def interpolated(rod: MountedRod, low: float, high: float) -> EtaPart:
+    """Interpolate the responses of a rod between two distances, with an error below `EXACT`.
 
     Raises
     ------
     NoResponseError
-        If a response is not solved, the landmarks are not the same at all heights, or the error is
-        larger.
+        If a response is not solved, the landmarks are not the same at all distances, or the error
+        is larger.
     """
     # Near an upright rod, at η = 1, forces are singular: there no part is slim.
     slim = min(SLIM, SLIM_GAP * (1.0 - high))
     count = NODES if high - low > slim else FEW_NODES
     nodes = low + (high - low) * chebyshev_nodes(count)
-    # The interpolation is compared with the response at a height between the nodes.
+    # The interpolation is compared with the response at a distance between the nodes.
     between = float(nodes[count // 2 : count // 2 + 2].mean())
     rods = [replace(rod, eta=eta) for eta in (*nodes.tolist(), between)]
     *solved, unseen = responses(rods)
@@ -540,8 +541,8 @@ def interpolated(rod: MountedRod, low: float, high: float) -> Heights:
             "them"
         )
     bounds = np.array([one.bounds for one in solved])
-    found = Heights(low=low, high=high, branches=tuple(solved), bounds=bounds)
-    if not agrees(HeightRange(parts=(found,)).states(between), unseen, EXACT):
+    found = EtaPart(low=low, high=high, branches=tuple(solved), bounds=bounds)
+    if not agrees(ResponseOverEta(parts=(found,)).states(between), unseen, EXACT):
         raise NoResponseError("the reactions cannot be interpolated accurately between them")
     return found
 
@@ -549,5 +550,5 @@ def interpolated(rod: MountedRod, low: float, high: float) -> Heights:
 def agrees(found: States, solved: States, tolerance: float) -> bool:
     """Whether interpolated reactions agree with solved ones at all x0 up to the lock."""
     x0 = np.linspace(solved.x0_pull, solved.x0_lock, KNOTS)[1:-1]
-    error = np.abs(found(found.clip(x0)) - solved(x0))
-    return bool(error.max() <= tolerance * np.abs(solved(x0)).max())
+    error = np.abs(found.reactions(found.clip(x0)) - solved.reactions(x0))
+    return bool(error.max() <= tolerance * np.abs(solved.reactions(x0)).max())

@@ -1,4 +1,4 @@
-"""Stability out of the plane: whether a rod with a round section stays in its plane.
+"""Lateral stability: whether a rod with a round section stays in its plane, or buckles out of it.
 
 The contact transmits no moment out of the plane. A compliant clamp yields equally in the plane and
 out of it, but not in torsion.
@@ -19,7 +19,7 @@ POISSON_RATIO = 0.3
 A_LITTLE = 0.03
 
 
-def stability_aside(states: RodStates) -> FloatArray:
+def lateral_stability(states: RodStates) -> FloatArray:
     """Compute margins against lateral buckling, with clamp and contact point held.
 
     Let each cross-section turn by a small rotation ω(s) about an axis in the plane of bending. An
