@@ -13,7 +13,7 @@ import pyarrow as pa
 
 from vibrissa.design.materials import MATERIALS
 from vibrissa.quantities.units import Units
-from vibrissa.sensor.tolerances import TOLERABLE, Tolerable, told
+from vibrissa.sensor.tolerances import TOLERABLE, Tolerable, displayed
 from vibrissa.sensor.transducer import PRESETS
 from vibrissa.study.axes import AXES, TEXTURE_AXES, spell_values
 from vibrissa.study.claims import Claims
@@ -174,7 +174,7 @@ def tolerances() -> str:
             return f"{one.size:g} deviations of the noise"
         if not one.size:
             return "exact"
-        size, unit = told(name, one.size, Units())
+        size, unit = displayed(name, one.size, Units())
         own = f"{size:.6g} {unit}".strip()
         return f"{1e3 * one.si:g} mm, or {own}" if one.si else own
 

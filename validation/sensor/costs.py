@@ -16,7 +16,7 @@ import numpy as np
 from validation.records import write_record
 from vibrissa.scanning import surfaces
 from vibrissa.sensor import Recording, Setup, identify, scan
-from vibrissa.sensor.tolerances import assumed_tolerances, told
+from vibrissa.sensor.tolerances import assumed_tolerances, displayed
 from vibrissa.wording import markdown_table
 
 NOISE = "3 mN, 3 mN, 10 uN*m"
@@ -91,7 +91,7 @@ def rows(each, total):
     """Yield the rows of the table."""
     assumed = _assumed()
     for name in assumed:
-        size, unit = told(name, assumed[name], WHISKER.units)
+        size, unit = displayed(name, assumed[name], WHISKER.units)
         yield [f"`{name}`", f"{size:.2g} {unit}".strip(), _spelled(each[name])]
     yield ["all together", "", _spelled(total)]
 

@@ -23,7 +23,7 @@ from vibrissa.design.requirements import Requirements
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind
-from vibrissa.sensor.identification.parameters import SLOPE
+from vibrissa.sensor.identification.parameters import SLOPE, Parameter, ScanRows
 from vibrissa.sensor.identification.propagation import step_deviation
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
 from vibrissa.sensor.identification.slips import FALL
@@ -36,9 +36,10 @@ GRAVITY = 9.80665
 # Least fall of the load in the slip after the shortest period, in units of the fall that `identify`
 # takes for a slip. One slip in 400 is missed then, and one in two if the factor were 1.
 CLEARLY = 1.5
-# Least ratio of mu_lock to the largest friction coefficient. Largest ratio of the weight to the
-# normal force, as the model has no gravity.
-LOCK_FACTOR, WEIGHT = 1.1, 0.1
+# Least ratio of mu_lock to the largest friction coefficient.
+LOCK_FACTOR = 1.1
+# Largest ratio of the weight to the normal force, as the model has no gravity.
+WEIGHT = 0.1
 # Least ratio of the displacement at which more than the tip touches to the longest period: a
 # natural curvature within its default tolerance, 0.02/L, lowers that displacement by up to 9 %.
 BEFORE_TOUCH = 1.1
@@ -87,17 +88,20 @@ def limits_of(r: Requirements, pair: Pair, diameter: ArrayLike, length: ArrayLik
 
     A constraint whose upper bound is infinite, or whose lower bound is 0, is left out.
     """
-    d, along = np.asarray(diameter), np.asarray(length)
-    moment = np.pi / 64.0 * d**4 * (1.0 - r.mounting.bore**4)  # I0 (m⁴)
+    d0 = np.asarray(diameter)
+    along = np.asarray(length)
+    moment = np.pi / 64.0 * d0**4 * (1.0 - r.mounting.bore**4)  # I0 (m⁴)
     force = r.material.modulus * moment / along**2  # E·I0/L² (N)
-    found = _limits(r, pair, d, along, {Kind.FORCE: force, Kind.MOMENT: force * along})
-    return [limit for limit in found if limit.bound != (np.inf if limit.upper else 0.0)]
+    limits = _limits(r, pair, d0, along, {Kind.FORCE: force, Kind.MOMENT: force * along})
+    return [limit for limit in limits if limit.bound != (np.inf if limit.upper else 0.0)]
 
 
 def _limits(
     r: Requirements, pair: Pair, d: FloatArray, length: FloatArray, units: Mapping[Kind, FloatArray]
 ) -> Iterator[Limit]:
-    theta, curve, force = pair.curve.theta, pair.curve, units[Kind.FORCE]
+    curve = pair.curve
+    theta = curve.theta
+    force = units[Kind.FORCE]
     bore = r.mounting.bore
     # The yield strain is that of the material at the clamp: elsewhere the stress decides.
     yield Limit("strain", pair.stress * d / length, r.material.yield_strain / r.safety)
@@ -124,7 +128,8 @@ def _limits(
     shortest = pair.shortest
     yield Limit("steps", shortest * length / r.step, r.steps, upper=False)
     # The two loads in which `identify` finds slips.
-    fall, seen = np.ptp(pair.response.reactions([0.0, shortest]), axis=0), (FORCES[0], MOMENT)
+    fall = np.ptp(pair.response.reactions([0.0, shortest]), axis=0)
+    seen = (FORCES[0], MOMENT)
     fx, m = (fall[i] * units[CHANNEL_KINDS[i]] / r.noise[i] for i in seen)
     yield Limit("slips", np.hypot(fx, m) / FALL, CLEARLY, upper=False)
     yield Limit("spacing", pair.longest * length, r.spacing, Kind.LENGTH)
@@ -149,6 +154,21 @@ class TolerancePart(NamedTuple):
     size: float
     stated: bool
     halved: float
+
+
+class _Remaining(NamedTuple):
+    """Errors of the set-up that remain after `identify`, for k friction coefficients.
+
+    Attributes
+    ----------
+    effect : ndarray, shape (k, q)
+        Effect D of q parameters p/σ on μ0.
+    covariance : ndarray, shape (k, q, q)
+        Covariance C of p/σ.
+    """
+
+    effect: FloatArray
+    covariance: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -205,8 +225,8 @@ class Candidate:
     @cached_property
     def checks(self) -> list[Limit]:
         """All constraints, sorted by decreasing use (`Limit.use`, 1 at the bound)."""
-        found = limits_of(self.requirements, self.pair, self.diameter, self.length)
-        return sorted(found, key=lambda check: -float(f"{check.use:.3g}"))
+        limits = limits_of(self.requirements, self.pair, self.diameter, self.length)
+        return sorted(limits, key=lambda check: -float(f"{check.use:.3g}"))
 
     @property
     def by_step(self) -> FloatArray:
@@ -222,7 +242,7 @@ class Candidate:
     @cached_property
     def by_tolerances(self) -> FloatArray:
         """Uncertainty due to surface slope and to set-up errors that remain after `identify`."""
-        effect, covariance = self._errors
+        effect, covariance = self._remaining
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
         return np.sqrt(common + self._of_slope**2)
 
@@ -264,32 +284,48 @@ class Candidate:
 
     def _sigma(self) -> FloatArray:
         """Return the standard deviations of q parameters; that of crosstalk as a ratio of loads."""
-        full = self.requirements.largest / self.whisker.units.channels
-        full = np.where(np.isfinite(full), full, np.abs(self.pair.reactions).max(axis=0))
-        parameters = fitted_parameters(self.tolerances, full)
-        sigma = np.array([one.deviation for one in parameters])
-        for k, one in enumerate(parameters):
-            if one.of == "crosstalk" and one.effect is not None:
-                # For loads of 1 the effect is the ratio of the full scales of the two channels.
-                sigma[k] *= one.effect(np.ones(3), np.zeros(1), 1).max()
-        return sigma
+
+        def deviation_of(parameter: Parameter) -> float:
+            if parameter.of != "crosstalk" or parameter.effect is None:
+                return parameter.deviation
+            # For loads of 1 the effect is the ratio of the full scales of the two channels.
+            ratio = parameter.effect(np.ones(3), ScanRows(part=np.zeros(1), last=1)).max()
+            return parameter.deviation * float(ratio)
+
+        limit = self.requirements.largest / self.whisker.units.channels
+        full_scale = np.where(np.isfinite(limit), limit, np.abs(self.pair.reactions).max(axis=0))
+        return np.array(
+            [
+                deviation_of(parameter)
+                for parameter in fitted_parameters(self.tolerances, full_scale)
+            ]
+        )
 
     @cached_property
-    def _errors(self) -> tuple[FloatArray, FloatArray]:
-        """Effect D of q parameters p/σ on μ0, (k, q), and their covariance C, (k, q, q)."""
-        of, sigma, weight = self.pair.sensitivity, self._sigma(), self._weight
-        setup = of.setup * sigma
-        both = np.einsum("kxc,kpxcq->kpq", weight * of.contact, setup)
+    def _remaining(self) -> _Remaining:
+        """Errors of the set-up that remain after `identify`; equations in `vibrissa.design.pairs`.
+
+        Axes: k friction coefficients, p of the fitted periods, x displacements in a period,
+        c channels, q and r parameters.
+        """
+        sensitivity = self.pair.sensitivity
+        sigma = self._sigma()
+        weight = self._weight
+        periods = PERIODS * PART_WEIGHTS
+        setup = sensitivity.setup * sigma
+        # jᵀJ, and the change of u with p, jᵀJ/(jᵀj), in each period.
+        crossed = np.einsum("kxc,kpxcq->kpq", weight * sensitivity.contact, setup)
         with np.errstate(invalid="ignore"):
-            moved = both / self._known[:, None, None]
-        rows = setup * np.sqrt(PERIODS * PART_WEIGHTS[:, None, None] * weight[:, None])[..., None]
-        rows = rows.reshape(len(both), -1, len(sigma))
+            moves = crossed / self._known[:, None, None]
+        # Σ JᵀJ as one product of matrices: its rows are the residuals of all periods.
+        rows = setup * np.sqrt(periods[:, None, None] * weight[:, None])[..., None]
+        rows = rows.reshape(len(crossed), -1, len(sigma))
         squares = rows.transpose(0, 2, 1) @ rows
-        known = np.einsum("p,kpq,kpr->kqr", PERIODS * PART_WEIGHTS, both, moved)
-        effect = of.friction * sigma - self.pair.demand_slope[:, None, None] * moved
-        return (
-            np.einsum("p,kpq->kq", PART_WEIGHTS, effect),
-            np.linalg.inv(squares - known + np.eye(len(sigma))),
+        taken_by_contacts = np.einsum("p,kpq,kpr->kqr", periods, crossed, moves)
+        effect = sensitivity.friction * sigma - self.pair.demand_slope[:, None, None] * moves
+        return _Remaining(
+            effect=np.einsum("p,kpq->kq", PART_WEIGHTS, effect),
+            covariance=np.linalg.inv(squares - taken_by_contacts + np.eye(len(sigma))),
         )
 
     def parts(self) -> list[TolerancePart]:
@@ -304,14 +340,16 @@ class Candidate:
         if not np.isfinite(self.largest):
             return []
         worst = int(np.argmax(self.whole))
-        effect, covariance = (one[worst] for one in self._errors)
-        found = []
+        effect = self._remaining.effect[worst]
+        covariance = self._remaining.covariance[worst]
+        parts = []
         for name, size in self.tolerances.items():
-            own = np.flatnonzero([one.of == name for one in PARAMETERS])
-            shared, remaining = covariance[own] @ effect, covariance[np.ix_(own, own)]
+            own = np.flatnonzero([parameter.of == name for parameter in PARAMETERS])
+            shared = covariance[own] @ effect
+            remaining = covariance[np.ix_(own, own)]
             falls = float(shared @ np.linalg.solve(np.eye(len(own)) / 3.0 + remaining, shared))
             if name == SLOPE:
                 falls = 0.75 * float(self._of_slope[worst]) ** 2
             halved = 1.0 - float(np.sqrt(max(1.0 - falls / self.largest**2, 0.0)))
-            found.append(TolerancePart(name, size, name in self.whisker.tolerances, halved))
-        return sorted(found, key=lambda one: -one.halved)
+            parts.append(TolerancePart(name, size, name in self.whisker.tolerances, halved))
+        return sorted(parts, key=lambda part: -part.halved)

@@ -69,7 +69,8 @@ def stated_material(setup: Setup) -> Material | None:
     ArgumentError
         If both a material and a yield strain are stated, or the modulus does not fit the material.
     """
-    modulus, density = setup.in_si("modulus"), setup.in_si("density")
+    modulus = setup.in_si("modulus")
+    density = setup.in_si("density")
     stated = {} if density is None else {"density": density}
     if setup.material is None:
         if modulus is None or setup.yield_strain is None:
@@ -78,9 +79,9 @@ def stated_material(setup: Setup) -> Material | None:
         return Material.validated({"name": "its material", "source": "", **stated})
     if setup.yield_strain is not None:
         raise ArgumentError("give the material or its yield strain, not both")
-    found = Material.named(setup.material, MATERIALS)
-    found = found if modulus is None else found.with_modulus(modulus)
-    return Material.validated(dict(found) | stated)
+    material = Material.named(setup.material, MATERIALS)
+    material = material if modulus is None else material.with_modulus(modulus)
+    return Material.validated(dict(material) | stated)
 
 
 def likely_material(setup: Setup) -> Material | None:
@@ -88,10 +89,12 @@ def likely_material(setup: Setup) -> Material | None:
 
     Of several presets, the one with the largest yield strain is returned.
     """
-    found = stated_material(setup)
+    stated = stated_material(setup)
     modulus = setup.in_si("modulus")
-    if found is not None or modulus is None:
-        return found
-    alike = [one for one in MATERIALS.values() if abs(one.modulus / modulus - 1.0) < ALIKE]
-    strongest = max(alike, key=lambda one: one.yield_strain, default=None)
+    if stated is not None or modulus is None:
+        return stated
+    alike = [
+        material for material in MATERIALS.values() if abs(material.modulus / modulus - 1.0) < ALIKE
+    ]
+    strongest = max(alike, key=lambda material: material.yield_strain, default=None)
     return strongest and strongest.model_copy(update={"name": f"even {strongest.name}"})

@@ -29,6 +29,7 @@ from vibrissa.sensor.identification.derivatives import derivatives, moved
 from vibrissa.sensor.identification.parameters import (
     OF_ROD,
     Parameter,
+    ScanRows,
     parameters_of,
     ranges_of,
 )
@@ -39,9 +40,10 @@ from vibrissa.sticking.solving.collocation import solve_curves
 
 # Places in a period, as parts of its length, at which the largest reactions are sought.
 PLACES = np.linspace(0.0, 1.0, 129)
-# Number of periods in the recording to which the set-up is fitted, and number of rows in each
-# period, on which only the effect of creep depends.
-PERIODS, ROWS = 30, 100
+# Number of periods in the recording to which the set-up is fitted.
+PERIODS = 30
+# Number of rows in each period; only the effect of creep depends on it.
+ROWS = 100
 # Quadrature over the periods (STARTS, PART_WEIGHTS), and over the displacement in one period, as
 # parts of its length (NODES, NODE_WEIGHTS). The last node is the onset, where friction is read.
 STARTS = PERIODS * (np.polynomial.legendre.leggauss(6)[0] + 1.0) / 2.0
@@ -55,7 +57,7 @@ SOLVED = (*OF_ROD, "eta")
 def fitted_parameters(sizes: Mapping[str, float], full_scale: FloatArray) -> tuple[Parameter, ...]:
     """Make the parameters that `identify` fits, for rods with a sharp tip; see `parameters_of`."""
     parameters = parameters_of(sizes, frozenset(), full_scale)
-    return tuple(one for one in parameters if one.of != "tip_radius")
+    return tuple(parameter for parameter in parameters if parameter.of != "tip_radius")
 
 
 # For crosstalk, the full scale of each channel is 1.
@@ -185,30 +187,34 @@ def survey(
 def sensitivity_of(response: Response, end: FloatArray, contact: Contact) -> Sensitivity:
     """Compute the sensitivity of readings and friction in k periods that end at x0 = `end` (L)."""
     x0 = end[:, None] * NODES
-    y, slope, eta = response.reactions(x0), response.reactions_slope(x0), response.curve.eta
+    at_nodes = response.reactions(x0)
+    slope = response.reactions_slope(x0)
     steps, curves = _neighbours(response.curve, contact)
-    of_rod = derivatives(y, {name: _loads(curve, x0) for name, curve in curves.items()}, steps)
+    near = {name: _loads(curve, x0) for name, curve in curves.items()}
+    of_rod = derivatives(at_nodes, near, steps)
     x1_init = {name: np.array(curve.x1_init) for name, curve in curves.items()}
     x1_slope = derivatives(response.x1_init, x1_init, steps)["eta"]
     # Axes: friction, period, node, channel.
     part = (STARTS[:, None, None] + NODES[:, None]) / PERIODS
     way = PERIODS * part * end[:, None, None, None]
-    before, loads = (((x0 - end[:, None])[..., None] * slope)[:, None], y[:, None])
+    before = ((x0 - end[:, None])[..., None] * slope)[:, None]
+    loads = at_nodes[:, None]
     changes = {name: change[:, None] for name, change in of_rod.items()}
     changes |= {
         "stage_angle": -way * changes["eta"] - x1_slope * before,
         "stage_scale": before,
-        "length": -eta * changes["eta"] - before - loads * np.array([2.0, 2.0, 1.0]),
+        "length": -response.curve.eta * changes["eta"] - before - loads * np.array([2.0, 2.0, 1.0]),
     }
-    for one in PARAMETERS:
-        if one.effect is not None:
-            changes[one.name] = one.effect(loads, part, PERIODS * ROWS)
+    rows = ScanRows(part=part, last=PERIODS * ROWS)
+    for parameter in PARAMETERS:
+        if parameter.effect is not None:
+            changes[parameter.name] = parameter.effect(loads, rows)
     shape = (len(end), len(STARTS), len(NODES), 3)
     setup = np.stack([np.broadcast_to(changes[p.name], shape) for p in PARAMETERS], axis=-1)
     # Friction is fx/fy of the loads at the onset: only parameters that change the loads change it.
     fx, fy, _ = np.moveaxis(setup[:, :, -1], 2, 0)
     demand = response.demand(end)[:, None, None]
-    of_loads = np.array([one.effect is None for one in PARAMETERS])
+    of_loads = np.array([parameter.effect is None for parameter in PARAMETERS])
     friction = of_loads * (fx - demand * fy) / loads[:, :, -1, 1, None]
     return Sensitivity(contact=slope, setup=setup, friction=friction)
 
@@ -220,10 +226,10 @@ def _neighbours(
 
     Returns the steps and the curves by the names of the properties.
     """
-    given = MountedRod.of(curve)
-    ranges = ranges_of(given)
+    rod = MountedRod.of(curve)
+    ranges = ranges_of(rod)
     steps = {name: ranges[name].step for name in SOLVED}
-    rods = [moved(given, {name: step}) for name, step in steps.items()]
+    rods = [moved(rod, {name: step}) for name, step in steps.items()]
     theta, eta = np.array([(rod.theta, rod.eta) for rod in rods]).T
     curves = solve_curves(theta, eta, contact, [rod.mounting for rod in rods])
     return steps, dict(zip(SOLVED, curves, strict=True))

@@ -19,7 +19,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.keys import Keyed, NotNegative, Positive, read_keys, with_options
-from vibrissa.quantities.units import Kind, Measured, channels_of, is_number, range_of
+from vibrissa.quantities.units import Kind, Measured, channels_in_si, is_number, range_of
 from vibrissa.sensor.setup import MOUNTING, TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
 from vibrissa.sensor.transducer import preset
@@ -72,8 +72,8 @@ def heights_of(text: str, lengths: Choice) -> Choice:
             )
         return Kind.LENGTH.read(part, "eta") / lengths[0]
 
-    found = choices_of(text, read)
-    return found if "," in text else _between(found[0], found[-1])
+    heights = choices_of(text, read)
+    return heights if "," in text else _between(heights[0], heights[-1])
 
 
 def _between(low: float, high: float) -> Choice:
@@ -90,7 +90,8 @@ def _default(name: str, low: float, high: float) -> Choice:
 
 HEIGHTS = _between(0.5, 0.98)
 TAPERS = _default("theta", 1.0, 10.0)
-DIAMETERS, LENGTHS = _default("diameter", 1e-4, 0.01), _default("length", 0.02, 0.2)
+DIAMETERS = _default("diameter", 1e-4, 0.01)
+LENGTHS = _default("length", 0.02, 0.2)
 # Number of values of μ0 in its range at which the uncertainty is computed.
 FRICTIONS = 5
 # Quantities that the design chooses.
@@ -182,18 +183,16 @@ class Requirements(Keyed):
         if self.setup.transducer is None and self.setup.noise is None:
             raise ArgumentError("neither transducer nor noise is given: give one of them")
         if min(self.noise) <= 0.0:
-            given = self.setup.noise or f"the transducer {self.setup.transducer}"
-            raise ArgumentError(f"noise must be positive in all channels, got that of {given}")
+            source = self.setup.noise or f"the transducer {self.setup.transducer}"
+            raise ArgumentError(f"noise must be positive in all channels, got that of {source}")
         if self.setup.tolerances.get("tip_radius", EXACT) != EXACT:
             raise ArgumentError(
                 "a rod is designed with a sharp tip: leave out the tolerance of tip_radius"
             )
         if self.speed is not None and self.material.density is None:
             raise ArgumentError("with a speed, give the density of the material")
-        first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
-        mounting = first.whisker.mounting
         deviations = [name for name in MOUNTING if name != "bore"]
-        if replace(mounting, stiffening=0.0, bore=0.0) != IDEAL:
+        if replace(self.mounting, stiffening=0.0, bore=0.0) != IDEAL:
             raise ArgumentError(
                 "a design needs a straight rod, a rigid upright clamp and a level stage: leave out "
                 f"{', '.join(deviations)}; their tolerances may stay, in the table [{TOLERANCES}]"
@@ -216,10 +215,10 @@ class Requirements(Keyed):
             If there is none.
         """
         bore = self.mounting.bore
-        found = tuple(theta for theta in self.theta if bore * theta < 1.0)
-        if not found:
+        tapers = tuple(theta for theta in self.theta if bore * theta < 1.0)
+        if not tapers:
             check_bore(bore, min(self.theta))
-        return found
+        return tapers
 
     @cached_property
     def material(self) -> Material:
@@ -230,19 +229,18 @@ class Requirements(Keyed):
         ArgumentError
             If no material is given.
         """
-        found = stated_material(self.setup)
-        if found is None:
+        material = stated_material(self.setup)
+        if material is None:
             missing = "yield_strain" if self.setup.modulus is not None else "modulus"
             raise ArgumentError(f"give the material or {missing}")
-        return found
+        return material
 
     @cached_property
     def noise(self) -> FloatArray:
         """Standard deviation of the noise in one reading of force_x, force_y and moment_z (SI)."""
         if self.setup.noise is None:
             return preset(str(self.setup.transducer)).deviation
-        parts = channels_of(self.setup.noise, "noise")
-        return np.array([kind.read(part, "noise") for part, kind in parts])
+        return np.array(channels_in_si(self.setup.noise, "noise"))
 
     @property
     def largest(self) -> FloatArray:

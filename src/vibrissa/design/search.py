@@ -11,14 +11,16 @@ from vibrissa.design.candidate import Candidate, limits_of
 from vibrissa.design.pairs import survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.quantities.units import Kind
-from vibrissa.sensor.tolerances import told
+from vibrissa.sensor.tolerances import displayed
 
 # Relative excess over a bound that is allowed, for rounding.
 ROUNDING = 1e-9
 # Constraints are active from this use on: sizes come in steps, so that few rods reach a bound.
 USED_UP = 0.9
-# A tolerance is printed if halving it lowers the uncertainty by this part; largest number printed.
-BRINGS, MOST_PARTS = 0.01, 4
+# A tolerance is printed if halving it lowers the uncertainty by this part.
+BRINGS = 0.01
+# Largest number of tolerances that are printed.
+MOST_PARTS = 4
 
 
 class DesignStatus(StrEnum):
@@ -80,7 +82,7 @@ class Design:
         return "\n\n".join("\n".join(block) for block in blocks if block)
 
     def _shown(self, value: float, kind: Kind = Kind.LENGTH, digits: int = 3) -> str:
-        size, unit = self.best.whisker.units.told(value, kind)
+        size, unit = self.best.whisker.units.displayed(value, kind)
         return f"{size:.{digits}g} {unit}".removesuffix(" 1")
 
     def _rod(self) -> list[str]:
@@ -137,11 +139,11 @@ class Design:
 
     def _first(self) -> list[str]:
         rows = []
-        for one in self.best.parts()[:MOST_PARTS]:
-            if one.halved >= BRINGS:
-                size, unit = told(one.name, one.size, self.best.whisker.units)
-                given = f"{size:.2g} {unit}".strip() + ("" if one.stated else ", default")
-                rows.append((one.name, given, f"{one.halved:.0%}"))
+        for part in self.best.parts()[:MOST_PARTS]:
+            if part.halved >= BRINGS:
+                size, unit = displayed(part.name, part.size, self.best.whisker.units)
+                given = f"{size:.2g} {unit}".strip() + ("" if part.stated else ", default")
+                rows.append((part.name, given, f"{part.halved:.0%}"))
         head = "measure first: halving a tolerance lowers the uncertainty by"
         return [head, *_aligned(rows)] if rows else []
 
@@ -191,7 +193,7 @@ def design(requirements: Requirements) -> Design:
     shape = (len(r.diameter), len(r.length))
     limits = [limits_of(r, pair, *sizes) for pair in pairs]
     # Use of each limit; axes: pair, limit, diameter, length.
-    use = np.array([[np.broadcast_to(one.use, shape) for one in some] for some in limits])
+    use = np.array([[np.broadcast_to(limit.use, shape) for limit in of_pair] for of_pair in limits])
     most = use.max(axis=1)
 
     def rod(n: int, d: int, k: int) -> Candidate:
@@ -199,7 +201,7 @@ def design(requirements: Requirements) -> Design:
 
     rods = [rod(*at) for at in np.argwhere(most <= 1.0 + ROUNDING).tolist()]
     if rods:
-        rods.sort(key=lambda one: one.largest)
+        rods.sort(key=lambda candidate: candidate.largest)
         message = "the only rod that meets all constraints"
         if len(rods) > 1:
             message = f"the best of {len(rods)} rods that meet all constraints"

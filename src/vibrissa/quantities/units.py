@@ -286,6 +286,17 @@ def channels_of(text: str, what: str) -> list[tuple[str, Kind]]:
     return list(zip(parts, CHANNEL_KINDS, strict=True))
 
 
+def channels_in_si(text: str, what: str) -> list[float]:
+    """Convert ``"3 mN, 3 mN, 10 uN*m"`` to SI units; each value needs its unit.
+
+    Raises
+    ------
+    ArgumentError
+        If there are not three values, or one of them is no force or moment.
+    """
+    return [kind.read(part, what) for part, kind in channels_of(text, what)]
+
+
 def wished_units(*given: object) -> dict[Kind, str]:
     """Choose output units: for each kind of quantity the first unit of this kind in `given`.
 
@@ -321,7 +332,7 @@ class Units:
     wished: Mapping[Kind, str] = field(default_factory=dict, compare=False)
     si: bool = False
 
-    def told(self, value: float, kind: Kind) -> tuple[float, str]:
+    def displayed(self, value: float, kind: Kind) -> tuple[float, str]:
         """Convert a value from the unit of tables to the user's unit; return value and unit."""
         if self.nondimensional or kind not in self.wished:
             return value, self.name(kind)
@@ -330,8 +341,8 @@ class Units:
 
     def spelled(self, value: float, kind: Kind, digits: int = 6) -> str:
         """Format a nondimensional value in the user's unit, as in ``"26.3 mm"``."""
-        told, name = self.told(value * self.unit(kind), kind)
-        return f"{told:.{digits}g} {name}".removesuffix(" 1")
+        size, name = self.displayed(value * self.unit(kind), kind)
+        return f"{size:.{digits}g} {name}".removesuffix(" 1")
 
     def unit(self, kind: Kind) -> float:
         """Return the SI value of the nondimensional unit of this kind."""

@@ -7,7 +7,7 @@ from typing import Any
 from vibrissa.design.materials import stated_material
 from vibrissa.errors import VibrissaError
 from vibrissa.outcomes import Contact
-from vibrissa.readings.reading import setup_of
+from vibrissa.readings.reading import Stated, setup_of
 from vibrissa.sensor.deviations import Prior
 from vibrissa.sensor.identification.parameters import SLOPE
 from vibrissa.sensor.tolerances import EXACT
@@ -42,14 +42,14 @@ def _check(study: Study, chunk: ReadingChunk, add: Callable[..., None]) -> None:
     point = {**chunk.point, **known[0]}
 
     def stated(tolerances: dict[str, Any]) -> Prior:
-        setup = setup_of(
-            point,
-            section.rod.model_dump(),
-            tolerances,
-            section.assumes,
-            study.contact,
-            study.section,
+        with_tolerances = Stated(
+            rod=section.rod.model_dump(exclude_none=True),
+            tolerances=tolerances,
+            assume=section.assumes,
+            contact=study.contact,
+            section=study.section,
         )
+        setup = setup_of(point, with_tolerances)
         stated_material(setup)
         return Prior.of(setup.whisker, preset(str(setup.transducer)), setup.assume)
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from vibrissa.design import Requirements, design
 from vibrissa.errors import VibrissaError
-from vibrissa.quantities.units import Kind, Quantity
+from vibrissa.quantities.units import Kind
+from vibrissa.readings.reading import Stated
 from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.study.surfaces import HEIGHTS
 
@@ -15,14 +16,7 @@ from vibrissa.study.surfaces import HEIGHTS
 ANY_STRAIN = 1.0
 
 
-def predicted_of(
-    point: Mapping[str, Any],
-    rod: Mapping[str, Any],
-    tolerances: Mapping[str, Quantity],
-    assume: bool,
-    contact: str,
-    section: str,
-) -> float:
+def predicted_of(point: Mapping[str, Any], stated: Stated) -> float:
     """Return the standard deviation of μ0 from one period that a design predicts; NaN if none.
 
     A design is for a plane of one friction, an ideal mounting and a transducer with noise. It
@@ -32,9 +26,9 @@ def predicted_of(
     uneven = any(key.split("_")[0] in HEIGHTS for key in point)
     if mu0 is None or uneven or any(point[name] for name in MOUNTING_AXES):
         return np.nan
-    stated = {key: value for key, value in rod.items() if value is not None}
-    if not {"material", "yield_strain"} & stated.keys():
-        stated["yield_strain"] = ANY_STRAIN
+    rod = stated.rod
+    if not {"material", "yield_strain"} & rod.keys():
+        rod = {**rod, "yield_strain": ANY_STRAIN}
     try:
         found = design(
             Requirements.read(
@@ -43,11 +37,11 @@ def predicted_of(
                 theta=f"{point['theta']!r}",
                 eta=f"{point['eta']!r}",
                 transducer=point.get("card", point["transducer"]),
-                contact=contact,
-                section=section,
-                tolerances=dict(tolerances),
-                assume=assume,
-                **stated,
+                contact=stated.contact,
+                section=stated.section,
+                tolerances=dict(stated.tolerances),
+                assume=stated.assume,
+                **rod,
             )
         )
     except VibrissaError:

@@ -12,7 +12,7 @@ from vibrissa.design.materials import stated_material
 from vibrissa.errors import ArgumentError, EndedScanError, NoResponseError, VibrissaError
 from vibrissa.mechanics.bending import measure
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Method, ReadingStatus, Status
+from vibrissa.outcomes import Contact, Method, ReadingStatus, RodSection, Status
 from vibrissa.quantities.units import Kind, Quantity
 from vibrissa.scanning.cycles import StageMaker, move
 from vibrissa.scanning.rods import distance_at
@@ -123,14 +123,28 @@ def generator_of(point: Mapping[str, Any], seed: int, recording: int) -> np.rand
     return np.random.default_rng(np.random.SeedSequence([seed, words, recording]))
 
 
-def setup_of(
-    point: Mapping[str, Any],
-    rod: Mapping[str, Any],
-    tolerances: Mapping[str, Quantity],
-    assume: bool,
-    contact: str,
-    section: str,
-) -> Setup:
+@dataclass(frozen=True, kw_only=True)
+class Stated:
+    """What the readings of a study state of the set-ups of all their points.
+
+    Attributes
+    ----------
+    rod : mapping
+        Keys of a set-up for the size and the material of the rod.
+    tolerances : mapping of str to str or float
+        Stated tolerances by the names of their quantities.
+    assume : bool
+        Whether all other quantities have their default tolerances.
+    """
+
+    rod: Mapping[str, Any]
+    tolerances: Mapping[str, Quantity]
+    assume: bool
+    contact: Contact
+    section: RodSection
+
+
+def setup_of(point: Mapping[str, Any], stated: Stated) -> Setup:
     """Make the stated set-up of a point.
 
     Raises
@@ -143,12 +157,12 @@ def setup_of(
     return Setup.read(
         theta=point["theta"],
         eta=point["eta"],
-        contact=contact,
-        section=section,
+        contact=stated.contact,
+        section=stated.section,
         transducer=point.get("card", point["transducer"]),
-        tolerances=dict(tolerances),
-        assume=assume,
-        **{key: value for key, value in rod.items() if value is not None},
+        tolerances=dict(stated.tolerances),
+        assume=stated.assume,
+        **stated.rod,
         **(mounting | angles),
     )
 

@@ -11,7 +11,14 @@ from vibrissa.computing.surfaces import slip_model_of, surface_of
 from vibrissa.outcomes import Contact, Method, RodSection
 from vibrissa.quantities.units import Kind, Quantity
 from vibrissa.readings.prediction import predicted_of
-from vibrissa.readings.reading import Bench, Reading, generator_of, read_once, setup_of
+from vibrissa.readings.reading import (
+    Bench,
+    Reading,
+    Stated,
+    generator_of,
+    read_once,
+    setup_of,
+)
 from vibrissa.tables.rows import table_of
 from vibrissa.tables.schemas import FRICTION
 
@@ -38,15 +45,15 @@ def read_chunk(
 
     The arguments are those of `vibrissa.study.readings.ReadingChunk`, and the study's own.
     """
-    stated: dict[str, Any] = {
-        "rod": rod,
-        "tolerances": tolerances,
-        "assume": assume,
-        "contact": contact,
-        "section": section,
-    }
+    stated = Stated(
+        rod={key: value for key, value in rod.items() if value is not None},
+        tolerances=tolerances,
+        assume=assume,
+        contact=contact,
+        section=section,
+    )
     bench = Bench(
-        setup=setup_of(point, **stated),
+        setup=setup_of(point, stated),
         surface=surface_of(point),
         dx0=point["dx0"],
         to=to,
@@ -61,7 +68,7 @@ def read_chunk(
         **axis_columns(point),
         "transducer": point["transducer"],
         **{name: bench.setup.in_si(name) for name in ("modulus", "diameter", "length")},
-        "predicted": predicted_of(point, **stated),
+        "predicted": predicted_of(point, stated),
     }
     chosen = [Method(method) for method in methods]
     for recording in range(first, last + 1):

@@ -22,7 +22,12 @@ from vibrissa.scanning.scan import Scan
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.textures import Texture, splined
 from vibrissa.sensor.identification.derivatives import moved, scale_of
-from vibrissa.sensor.identification.parameters import SLOPE, Parameter, parameters_of
+from vibrissa.sensor.identification.parameters import (
+    SLOPE,
+    Parameter,
+    ScanRows,
+    parameters_of,
+)
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.task import slope_length
 from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
@@ -30,8 +35,10 @@ from vibrissa.sensor.transducer import Transducer
 from vibrissa.sensor.whisker import Whisker
 
 TIP_RADIUS = "tip_radius"
-# Number of waves that make a random slope, and of points in its correlation length.
-WAVES, POINTS = 40, 32
+# Number of waves that make a random slope.
+WAVES = 40
+# Number of points of the surface in the correlation length of its slope.
+POINTS = 32
 # Length of the surface before the clamp's first position and beyond its last one (L): the tip is
 # not further away than the length of a rod.
 BEYOND = 1.0
@@ -41,9 +48,9 @@ def drawn(
     deviation: FloatArray, low: FloatArray, high: FloatArray, generator: np.random.Generator
 ) -> FloatArray:
     """Draw normal deviates with given standard deviations, mirrored at their bounds."""
-    found = generator.normal(0.0, deviation)
-    found = np.where(found < low, 2.0 * low - found, found)
-    return np.where(found > high, 2.0 * high - found, found)
+    deviates = generator.normal(0.0, deviation)
+    deviates = np.where(deviates < low, 2.0 * low - deviates, deviates)
+    return np.where(deviates > high, 2.0 * high - deviates, deviates)
 
 
 class SlopeWaves(NamedTuple):
@@ -109,7 +116,7 @@ class Deviations:
     @property
     def sizes(self) -> dict[str, float]:
         """Deviations by the names of their parameters."""
-        names = (one.name for one in self.parameters)
+        names = (parameter.name for parameter in self.parameters)
         return dict(zip(names, self.size.tolist(), strict=True))
 
 
@@ -164,7 +171,7 @@ class Prior:
         """Draw the deviations of a set-up within the tolerances."""
         parameters = self._parameters(self.tolerances)
         deviation, low, high = np.array(
-            [(one.deviation, one.low, one.high) for one in parameters]
+            [(parameter.deviation, parameter.low, parameter.high) for parameter in parameters]
         ).T
         return Deviations(
             parameters=parameters,
@@ -183,19 +190,23 @@ class Prior:
         ArgumentError
             If a name or a size is not allowed.
         """
-        found = {}
+        stated = {}
         for name, written in errors.items():
             text = str(written).strip()
             size = read_tolerances(
                 self.whisker.units, {name: text.removeprefix("-")}, self.whisker
             )[name]
-            found[name] = -size if text.startswith("-") else size
+            stated[name] = -size if text.startswith("-") else size
         parameters = self._parameters({})
-        sizes = [found.get(one.of, 0.0) if not one.wave else 0.0 for one in parameters]
-        for one, size in zip(parameters, sizes, strict=True):
-            if size and not one.low <= size <= one.high:
-                raise ArgumentError(f"an error of {one.name} by {errors[one.of]} is not possible")
-        if (steep := found.get(SLOPE, 0.0)) < 0.0:
+        sizes = [
+            stated.get(parameter.of, 0.0) if not parameter.wave else 0.0 for parameter in parameters
+        ]
+        for parameter, size in zip(parameters, sizes, strict=True):
+            if size and not parameter.low <= size <= parameter.high:
+                raise ArgumentError(
+                    f"an error of {parameter.name} by {errors[parameter.of]} is not possible"
+                )
+        if (steep := stated.get(SLOPE, 0.0)) < 0.0:
             raise ArgumentError(f"the error of {SLOPE} must not be negative, got {steep:g} rad")
         return Deviations(parameters=parameters, size=np.array(sizes), slope=self.slope(steep))
 
@@ -256,14 +267,16 @@ def recorded(
     ArgumentError
         If the scan is not possible; see `vibrissa.scanning.cycles.move`.
     """
-    size, given = deviations.sizes, prior.whisker
-    length, whisker = 1.0 + size["length"], moved(given, size)
+    size = deviations.sizes
+    stated = prior.whisker
+    length = 1.0 + size["length"]
+    whisker = moved(stated, size)
     if deviations.slope.deviation:
         texture = sloped(
             deviations.slope,
             min(way) - BEYOND,
             max(way) + BEYOND,
-            float(given.curve.x1_init),
+            float(stated.curve.x1_init),
             generator,
         )
         own = surface.texture
@@ -271,7 +284,7 @@ def recorded(
     scale = scale_of(size)
     scan = moves(whisker.stage, surface.in_lengths(length), scale)
     loads = scan.reactions * np.array([length**-2, length**-2, 1.0 / length])
-    exact = transduced(deviations, loads) * given.units.channels
+    exact = transduced(deviations, loads) * stated.units.channels
     return Recorded(
         scan=scan,
         whisker=whisker,
@@ -288,27 +301,25 @@ def transduced(deviations: Deviations, loads: FloatArray) -> FloatArray:
     that of `Parameter.effect`, but a turn, and the power of the diameter, are exact.
     """
     size = deviations.sizes
-    last = max(len(loads) - 1, 1)
-    part = np.arange(len(loads))[:, None] / last
-    shown = loads * ((1.0 + size["modulus"]) * (1.0 + size["diameter"]) ** 4)
     turn = size["transducer_angle"]
     axes = np.array(
         [[np.cos(turn), np.sin(turn), 0.0], [-np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]
     )
-    for group in (("creep",), ("moment_origin_x", "moment_origin_y")):
-        shown = shown + _effects(deviations, group, shown, part, last)
-    shown = shown @ axes.T
-    shown = shown + _effects(deviations, ("crosstalk",), shown, part, last)
-    zeros = tuple(one.of for one in deviations.parameters if one.of_zero)
-    return shown + _effects(deviations, zeros, shown, part, last)
+    zeros = [parameter.of for parameter in deviations.parameters if parameter.of_zero]
+    shown = loads * ((1.0 + size["modulus"]) * (1.0 + size["diameter"]) ** 4)
+    shown = _with_effects(shown, deviations, ["creep"])
+    shown = _with_effects(shown, deviations, ["moment_origin_x", "moment_origin_y"])
+    shown = _with_effects(shown @ axes.T, deviations, ["crosstalk"])
+    return _with_effects(shown, deviations, zeros)
 
 
-def _effects(
-    deviations: Deviations, names: Sequence[str], loads: FloatArray, part: FloatArray, last: int
+def _with_effects(
+    readings: FloatArray, deviations: Deviations, quantities: Sequence[str]
 ) -> FloatArray:
-    """Return the change of readings by the parameters of some quantities, shape (n, 3)."""
-    change = np.zeros_like(loads)
-    for one, size in zip(deviations.parameters, deviations.size.tolist(), strict=True):
-        if one.of in names and one.effect is not None and size:
-            change = change + size * one.effect(loads, part, last)
-    return change
+    """Add to n readings their change by the deviations of these quantities, shape (n, 3)."""
+    rows = ScanRows.of(np.arange(len(readings)), len(readings))
+    change = np.zeros_like(readings)
+    for parameter, size in zip(deviations.parameters, deviations.size.tolist(), strict=True):
+        if parameter.of in quantities and parameter.effect is not None and size:
+            change = change + size * parameter.effect(readings, rows)
+    return readings + change

@@ -7,7 +7,7 @@ point.
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -94,15 +94,6 @@ def locate(whisker: Whisker, readings: "Path | DataFrame") -> Located:
     return located(whisker, columns["footpoint"], loads)
 
 
-class _Bent(NamedTuple):
-    """Position (L), slope (rad) and moment (E·I0/L) at one arc length of n rods."""
-
-    x: FloatArray
-    y: FloatArray
-    phi: FloatArray
-    m: FloatArray
-
-
 def located(rod: MountedRod, clamp: FloatArray, loads: FloatArray) -> Located:
     """Locate the contact points for loads on the clamp.
 
@@ -114,14 +105,18 @@ def located(rod: MountedRod, clamp: FloatArray, loads: FloatArray) -> Located:
         Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L).
     """
     fx, fy, moment = np.asarray(loads, dtype=float).T
-    mounting, nothing = rod.mounting, np.zeros(len(fx))
+    mounting = rod.mounting
     slope = CLAMP_SLOPE + mounting.clamp_angle + mounting.clamp_compliance * moment
-    state = np.array([nothing, nothing, slope, moment])
-    ends, step = np.ones(len(fx)), 1.0 / STEPS
+    # Position (L), slope (rad) and bending moment (E·I0/L) at one arc length.
+    state = np.array([np.zeros(len(fx)), np.zeros(len(fx)), slope, moment])
+    ends = np.ones(len(fx))
+    step = 1.0 / STEPS
     # A tip that touches has a moment of 0 at s = 1 up to the errors of the readings: the rod is
     # continued a little. An S-shaped rod has a moment of 0 at its turning point, too.
     past = int(min(PAST, 0.25 / rod.theta) * STEPS)
-    found, tip, vanishes = state, state, np.zeros(len(fx), dtype=bool)
+    contact = state
+    tip = state
+    vanishes = np.zeros(len(fx), dtype=bool)
     for number in range(STEPS + past):
         if number == STEPS:
             tip = state
@@ -132,24 +127,26 @@ def located(rod: MountedRod, clamp: FloatArray, loads: FloatArray) -> Located:
             part, there = _vanishing(
                 rod, fx[crossed], fy[crossed], s[crossed], state[:, crossed], step
             )
-            found, ends = found.copy(), ends.copy()
-            ends[crossed], found[:, crossed] = s[crossed] + part, there
+            contact = contact.copy()
+            ends = ends.copy()
+            ends[crossed] = s[crossed] + part
+            contact[:, crossed] = there
             vanishes = vanishes | crossed
         state = after
     at_tip = ~vanishes | (ends >= 1.0)
-    found = np.where(at_tip, tip, found)
+    contact = np.where(at_tip, tip, contact)
     ends = np.where(at_tip, 1.0, ends)
-    bent = _Bent(*found)
+    x, y, phi, left = contact
     along_stage = clamp * np.cos(mounting.stage_angle)
-    cos, sin = np.cos(bent.phi), np.sin(bent.phi)
+    cos, sin = np.cos(phi), np.sin(phi)
     return Located(
-        x=along_stage + bent.x,
-        y=clamp * np.sin(mounting.stage_angle) + bent.y,
+        x=along_stage + x,
+        y=clamp * np.sin(mounting.stage_angle) + y,
         s_c=ends,
-        phi=bent.phi,
+        phi=phi,
         along=fx * cos + fy * sin,
         across=fy * cos - fx * sin,
-        moment=bent.m,
+        moment=left,
     )
 
 

@@ -19,8 +19,10 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 COLUMNS = {"position": Kind.LENGTH, "diameter": Kind.LENGTH, "modulus": Kind.STRESS}
-# Largest relative difference of a diameter from those of a cone, and number of coefficients.
-TOLERANCE, DEGREE = 0.02, 2
+# Largest relative difference of a diameter from those of a cone, by default.
+TOLERANCE = 0.02
+# Number of coefficients of the stiffness, by default.
+DEGREE = 2
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,8 +38,17 @@ def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bend
 
 def largest_strain(curve: StickingCurve, end: float, begin: float = 0.0) -> Bending:
     """Find the state of largest stress from x0 = `begin` to `end` (L); return its bending."""
-    found = strains_in([curve], [np.linspace(begin, end, STATES_OF_PERIOD)])
-    return found.take(np.atleast_1d(found.stress.argmax()))
+    bending = strains_in([curve], [np.linspace(begin, end, STATES_OF_PERIOD)])
+    return bending.take(np.atleast_1d(bending.stress.argmax()))
+
+
+class _Shown(NamedTuple):
+    """A quantity as it is shown: its column, nondimensional value, kind, and description."""
+
+    name: str
+    value: float
+    kind: Kind
+    what: str
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -63,60 +73,73 @@ class WhiskerOnset(Tabular):
 
     def __repr__(self) -> str:
         """Return a line for each known quantity, in the user's units."""
-        onset, units = self.onset, self.whisker.units
+        onset = self.onset
+        units = self.whisker.units
         lines = {
             "status": onset.status.value,
             "meaning of the status": onset.message,
             "critical friction, mu_lock": f"{onset.mu_lock:.8g}",
         }
-        lines |= {what: units.spelled(size, kind, 8) for _, size, kind, what in self._known()}
+        lines |= {shown.what: units.spelled(shown.value, shown.kind, 8) for shown in self._known()}
         width = max(map(len, lines)) + 2
         return "\n".join(f"{what:<{width}}{text}" for what, text in lines.items())
 
     def columns(self) -> dict[str, Column]:
         """Columns of a table with one row: the onset of slip, or else lateral buckling."""
-        onset, units = self.onset, self.whisker.units
+        onset = self.onset
+        units = self.whisker.units
         return {
             "status": Column([onset.status.value], "", "status"),
             "message": Column([onset.message], "", "meaning of the status"),
             "mu_lock": Column([onset.mu_lock], "1", "critical friction, mu_lock"),
         } | {
-            name: Column([size * units.unit(kind)], units.name(kind), what)
-            for name, size, kind, what in self._known()
+            shown.name: Column(
+                [shown.value * units.unit(shown.kind)], units.name(shown.kind), shown.what
+            )
+            for shown in self._known()
         }
 
-    def _known(self) -> list[tuple[str, float, Kind, str]]:
-        """Name, value, kind and description of known quantities."""
-        found = [(name, float(size), kind, what) for name, size, kind, what in self._measured()]
-        return [one for one in found if np.isfinite(one[1])]
+    def _known(self) -> list[_Shown]:
+        """Quantities whose value is known."""
+        return [shown for shown in self._quantities() if np.isfinite(shown.value)]
 
-    def _measured(self) -> Iterator[tuple[str, float, Kind, str]]:
-        """Name, value, kind and description of all quantities; unknown values are NaN."""
-        onset, state, when = self.onset, self.onset.slip, ""
+    def _quantities(self) -> Iterator[_Shown]:
+        """All quantities; unknown values are NaN."""
+        onset = self.onset
+        state = self.onset.slip
+        when = ""
         if onset.end == End.SWINGS_ASIDE:
             state, when = onset.trail, " when the trailing tip slips"
-            yield "x0_swing", onset.ended.x0, Kind.LENGTH, "clamp travel at lateral buckling, x0"
-            yield "x0_trail", state.x0, Kind.LENGTH, f"clamp travel{when}"
+            yield _Shown(
+                "x0_swing", onset.ended.x0, Kind.LENGTH, "clamp travel at lateral buckling, x0"
+            )
+            yield _Shown("x0_trail", state.x0, Kind.LENGTH, f"clamp travel{when}")
         elif onset.status is Status.SLIP:
-            yield "x0_slip", onset.x0_slip, Kind.LENGTH, "clamp travel at the onset of slip, x0"
+            yield _Shown(
+                "x0_slip", onset.x0_slip, Kind.LENGTH, "clamp travel at the onset of slip, x0"
+            )
         else:
             return
-        yield "force_x", state.reaction_fx, Kind.FORCE, f"tangential clamp force{when}"
-        yield "force_y", state.reaction_fy, Kind.FORCE, f"normal clamp force{when}"
-        yield "moment_z", state.reaction_m, Kind.MOMENT, f"clamp moment{when}"
+        yield _Shown("force_x", state.reaction_fx, Kind.FORCE, f"tangential clamp force{when}")
+        yield _Shown("force_y", state.reaction_fy, Kind.FORCE, f"normal clamp force{when}")
+        yield _Shown("moment_z", state.reaction_m, Kind.MOMENT, f"clamp moment{when}")
         if onset.n_steps is not None and not when:
-            yield "x0_max", onset.x0_max, Kind.LENGTH, "clamp travel at the last sticking step"
+            yield _Shown(
+                "x0_max", onset.x0_max, Kind.LENGTH, "clamp travel at the last sticking step"
+            )
         if self.most is not None:
             strain, place = self.most.strain[0], self.most.place[0]
-            yield "strain_most", strain, Kind.STRAIN, "largest strain while sticking"
-            yield "strain_place", place, Kind.LENGTH, "place of the largest strain, from the clamp"
+            yield _Shown("strain_most", strain, Kind.STRAIN, "largest strain while sticking")
+            yield _Shown(
+                "strain_place", place, Kind.LENGTH, "place of the largest strain, from the clamp"
+            )
         if self.ringing is not None:
             first, second = self.ringing.frequencies
-            yield "frequency_1", first, Kind.RATE, "first natural frequency at the onset"
-            yield "frequency_2", second, Kind.RATE, "second natural frequency at the onset"
-            yield "slip_time", self.ringing.slip, Kind.TIME, "duration of a slip, about"
+            yield _Shown("frequency_1", first, Kind.RATE, "first natural frequency at the onset")
+            yield _Shown("frequency_2", second, Kind.RATE, "second natural frequency at the onset")
+            yield _Shown("slip_time", self.ringing.slip, Kind.TIME, "duration of a slip, about")
             ring = f"ringing after a slip, to {OVER:.0%} at a damping ratio of {DAMPING:g}"
-            yield "ring_time", self.ringing.ring, Kind.TIME, ring
+            yield _Shown("ring_time", self.ringing.ring, Kind.TIME, ring)
 
 
 def solve(

@@ -113,9 +113,10 @@ class Setup(Keyed):
     @field_validator("noise")
     @classmethod
     def _check_noise(cls, noise: str | None) -> str | None:
-        sizes = (1.0,) if noise is None else SI_UNITS.read_channels(noise, "noise")
-        if min(sizes) < 0.0 or not any(sizes):
-            raise ArgumentError(f"noise must be at least 0, and not all 0, got {noise!r}")
+        if noise is not None:
+            sizes = SI_UNITS.read_channels(noise, "noise")
+            if min(sizes) < 0.0 or not any(sizes):
+                raise ArgumentError(f"noise must be at least 0, and not all 0, got {noise!r}")
         return noise
 
     @field_validator(TOLERANCES)
@@ -190,7 +191,11 @@ class Setup(Keyed):
         if self.theta is None or self.eta is None:
             name = "theta" if self.theta is None else "eta"
             raise ArgumentError(f"{name} is not given: neither as an option nor in a set-up file")
-        lengths = [one.value for one in (self.length, self.eta, self.diameter) if one is not None]
+        lengths = [
+            measured.value
+            for measured in (self.length, self.eta, self.diameter)
+            if measured is not None
+        ]
         units = Units(self.rod, wished_units(*lengths, self.noise, *self.tolerances.values()))
         eta = self._read("eta", units)
         if self.rod is not None and not 0.0 < eta < 1.0:
@@ -213,7 +218,11 @@ class Setup(Keyed):
             wished=units.wished,
         )
         written = {name: getattr(self, name) for name in self.kinds()}
-        stated = {name: one.tolerance for name, one in written.items() if one and one.tolerance}
+        stated = {
+            name: measured.tolerance
+            for name, measured in written.items()
+            if measured and measured.tolerance
+        }
         sizes = read_tolerances(units, stated | self.tolerances, whisker)
         return replace(whisker, tolerances=sizes)
 
@@ -224,12 +233,12 @@ class Setup(Keyed):
 def _stiffening(value: Any) -> Measured:
     """Read the coefficients of the modulus: the first one may have a tolerance."""
     texts = value if isinstance(value, list) else str(value).split(",")
-    first, *others = (Measured.read(str(one).strip()) for one in texts or [""])
-    for one in (first, *others):
-        one.check(Kind.NUMBER, STIFFENING)
-    if any(one.tolerance for one in others):
+    first, *others = (Measured.read(str(text).strip()) for text in texts or [""])
+    for power in (first, *others):
+        power.check(Kind.NUMBER, STIFFENING)
+    if any(power.tolerance for power in others):
         raise ArgumentError(f"{STIFFENING}: only c1 may have a tolerance, got {value!r}")
-    values = ", ".join(str(one.value).strip() for one in (first, *others))
+    values = ", ".join(str(power.value).strip() for power in (first, *others))
     read = Measured(values if others else first.value, first.tolerance)
     Mounting(stiffening=_powers(read))
     return read

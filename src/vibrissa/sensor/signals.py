@@ -51,12 +51,13 @@ class Signals(Tabular):
     def __repr__(self) -> str:
         """Numbers of steps and periods, and how the scan ended."""
         truth = self.truth
-        said = f"{counted(len(truth), 'step')}, {counted(int(truth.period[-1]), 'period')}"
-        return "\n".join(filter(None, (f"{said}, {truth.outcome}", truth.message)))
+        counts = f"{counted(len(truth), 'step')}, {counted(int(truth.period[-1]), 'period')}"
+        return "\n".join(filter(None, (f"{counts}, {truth.outcome}", truth.message)))
 
     def columns(self) -> dict[str, Column]:
         """Columns by name, with units; they have one row for each step of the clamp."""
-        truth, unit = self.truth, self.units.unit(Kind.LENGTH)
+        truth = self.truth
+        unit = self.units.unit(Kind.LENGTH)
         length, force, moment = (
             self.units.name(kind) for kind in (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
         )

@@ -64,17 +64,26 @@ def read_surface(
 def _read_patches(text: str, units: Units) -> Surface:
     pairs = [part.partition(":") for part in text.split(",")]
     starts = [float(units.read(start, Kind.LENGTH, "start of a patch")) for start, *_ in pairs]
-    mu0 = [float(units.read_positive(one, Kind.NUMBER, "mu0 of a patch")) for *_, one in pairs]
+    mu0 = [
+        float(units.read_positive(friction, Kind.NUMBER, "mu0 of a patch"))
+        for *_, friction in pairs
+    ]
     return patches(starts, mu0)
 
 
 def _read_profile(path: Path, units: Units) -> Surface:
-    table = series.read(path, ["x", "mu0"])
-    missing = np.isnan(table.columns["x"] + table.columns["mu0"])
-    if missing.any():
-        raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or mu0 is missing")
+    table = _read_along(path, "mu0")
     factor = units.column_factor(table.units.get("x", "L"), Kind.LENGTH, f"{path}: x")
     return profile(table.columns["x"] * factor, table.columns["mu0"])
+
+
+def _read_along(path: Path, name: str) -> series.Table:
+    """Read a table with the columns ``x`` and `name`, in which no value is missing."""
+    table = series.read(path, ["x", name])
+    missing = np.isnan(table.columns["x"] + table.columns[name])
+    if missing.any():
+        raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or {name} is missing")
+    return table
 
 
 def _read_texture(text: str, seed: int, units: Units) -> Surface:
@@ -126,7 +135,8 @@ def read_heights(
     RecordingError
         If the table cannot be read.
     """
-    found, about = [], ""
+    textures_read = []
+    about = ""
     for name, given in (
         ("start", start != "0"),
         ("row", row is not None),
@@ -137,21 +147,23 @@ def read_heights(
     if heights is not None:
         measured = _read_measured(heights, units, row, cutoff)
         offset = float(units.read(start, Kind.LENGTH, "start of the heights"))
-        found.append(textures.measured(measured.x + offset, measured.height))
+        textures_read.append(textures.measured(measured.x + offset, measured.height))
         about = measured.about
     if wave is not None:
-        found.append(textures.wave(*_quantities(wave, units, "wave", "amplitude, wavelength")))
+        textures_read.append(
+            textures.wave(*_quantities(wave, units, "wave", "amplitude, wavelength"))
+        )
     if grooves is not None:
-        found.append(_read_grooves(grooves, units))
+        textures_read.append(_read_grooves(grooves, units))
     if rough is not None:
         what = "deviation, correlation length"
         deviation, correlation = _quantities(rough, units, "rough", what)
-        found.append(textures.rough(deviation, correlation, seed))
-    if not found:
+        textures_read.append(textures.rough(deviation, correlation, seed))
+    if not textures_read:
         if lay is not None:
             raise ArgumentError("lay needs heights, wave, grooves or rough")
         return None
-    texture = sum(found[1:], start=found[0])
+    texture = sum(textures_read[1:], start=textures_read[0])
     if lay is not None:
         texture = texture.with_lay(float(units.read(lay, Kind.ANGLE, "lay")))
     return Relief(texture=texture, about=about)
@@ -169,14 +181,11 @@ def _read_measured(
             )
         length = units.unit(Kind.LENGTH)
         size = 0.0 if cutoff is None else float(units.read(cutoff, Kind.LENGTH, "cutoff")) * length
-        found = topography.read_row(path, row, size)
-        return found._replace(x=found.x / length, height=found.height / length)
+        measured = topography.read_row(path, row, size)
+        return measured._replace(x=measured.x / length, height=measured.height / length)
     if row is not None or cutoff is not None:
         raise ArgumentError(f"{path.name} is a table: row and cutoff are for profilometers' files")
-    table = series.read(path, ["x", "height"])
-    missing = np.isnan(table.columns["x"] + table.columns["height"])
-    if missing.any():
-        raise RecordingError(f"{table.place(int(np.argmax(missing)))}: x or height is missing")
+    table = _read_along(path, "height")
     x, height = (
         table.columns[name]
         * units.column_factor(table.units.get(name, "L"), Kind.LENGTH, f"{path}: {name}")
@@ -195,7 +204,8 @@ def _read_grooves(text: str, units: Units) -> Texture:
 
 def _quantities(text: str, units: Units, what: str, names: str) -> list[float]:
     """Read lengths that are separated by commas."""
-    parts, wanted = text.split(","), names.split(", ")
+    parts = text.split(",")
+    wanted = names.split(", ")
     if len(parts) != len(wanted):
         raise ArgumentError(f"{what} needs '{names}', got {text!r}")
     return [

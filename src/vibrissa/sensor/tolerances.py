@@ -55,7 +55,8 @@ class Tolerable:
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> Self:
         """Read an entry of tolerances.toml, where angles are in degrees."""
-        kind, size = Kind[entry["kind"].upper()], float(entry["size"])
+        kind = Kind[entry["kind"].upper()]
+        size = float(entry["size"])
         radians = float(np.deg2rad(size))
         return cls(**{**entry, "kind": kind, "size": radians if kind is Kind.ANGLE else size})
 
@@ -110,29 +111,30 @@ def read_tolerances(
     ArgumentError
         If a name or a size is not allowed.
     """
-    found = {}
+    tolerances = {}
     for name, size in given.items():
         check_name(name)
-        found[name] = 0.0 if size == EXACT else _read(units, name, size, whisker)
-        if not 0.0 <= found[name] < np.inf:
+        tolerances[name] = 0.0 if size == EXACT else _read(units, name, size, whisker)
+        if not 0.0 <= tolerances[name] < np.inf:
             raise ArgumentError(f"the tolerance of {name} must not be negative, got {size!r}")
-    return found
+    return tolerances
 
 
 def _read(units: Units, name: str, size: Quantity, whisker: "Whisker | None") -> float:
-    what, one = f"the tolerance of {name}", TOLERABLE[name]
+    what = f"the tolerance of {name}"
+    quantity = TOLERABLE[name]
     value = abs(_value(whisker, name))
     text = str(size).strip()
     if text.endswith("%"):
         part = float(units.read(text[:-1], Kind.NUMBER, what)) / 100.0
-        if not (one.relative or value):
+        if not (quantity.relative or value):
             raise ArgumentError(
                 f"{what} is {size}, but {name} is 0 or not given: state the tolerance with a unit"
             )
-        return part if one.relative else part * value
-    if one.relative and value and not is_number(text):
-        return one.kind.read(text, what) / value
-    return float(units.read(text, Kind.NUMBER if one.relative else one.kind, what))
+        return part if quantity.relative else part * value
+    if quantity.relative and value and not is_number(text):
+        return quantity.kind.read(text, what) / value
+    return float(units.read(text, Kind.NUMBER if quantity.relative else quantity.kind, what))
 
 
 def _value(whisker: "Whisker | None", name: str) -> float:
@@ -148,16 +150,16 @@ def _value(whisker: "Whisker | None", name: str) -> float:
 
 def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
     """Return the default tolerances, without those that are 0; see `Tolerable.default`."""
-    found = {name: one.default(units, noise) for name, one in TOLERABLE.items()}
-    return {name: size for name, size in found.items() if size > 0.0}
+    tolerances = {name: quantity.default(units, noise) for name, quantity in TOLERABLE.items()}
+    return {name: size for name, size in tolerances.items() if size > 0.0}
 
 
-def told(name: str, size: float, units: Units) -> tuple[float, str]:
+def displayed(name: str, size: float, units: Units) -> tuple[float, str]:
     """Convert a tolerance to the unit in which it is displayed; return value and unit."""
-    one = TOLERABLE[name]
-    if one.relative:
+    quantity = TOLERABLE[name]
+    if quantity.relative:
         return 100.0 * size, "%"
-    if one.kind is Kind.ANGLE:
+    if quantity.kind is Kind.ANGLE:
         return float(np.rad2deg(size)), "deg"
-    value, unit = units.told(size * units.unit(one.kind), one.kind)
-    return value, "" if one.kind is Kind.NUMBER else unit
+    value, unit = units.displayed(size * units.unit(quantity.kind), quantity.kind)
+    return value, "" if quantity.kind is Kind.NUMBER else unit

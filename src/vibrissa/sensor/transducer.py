@@ -14,17 +14,14 @@ from pydantic import BeforeValidator, ValidationInfo, model_validator
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.quantities.keys import Card, NotNegative, Positive
-from vibrissa.quantities.units import Units, channels_of
+from vibrissa.quantities.units import Units, channels_in_si
 
 CHANNELS = ("force_x", "force_y", "moment_z")
 Sizes = tuple[NotNegative, NotNegative, NotNegative]
 
 
 def _in_si(text: Any, info: ValidationInfo) -> Any:
-    if not isinstance(text, str):
-        return text
-    name = str(info.field_name)
-    return [kind.read(part, name) for part, kind in channels_of(text, name)]
+    return channels_in_si(text, str(info.field_name)) if isinstance(text, str) else text
 
 
 class Transducer(Card):
@@ -82,11 +79,11 @@ class Transducer(Card):
         return np.asarray(np.sqrt(np.square(self.noise) + np.square(self.resolution) / 12.0))
 
 
-def transducer_of(given: Transducer | str, units: Units) -> Transducer:
-    """Return `given`, or the transducer that it names; refuse nondimensional units."""
+def transducer_of(transducer: Transducer | str, units: Units) -> Transducer:
+    """Return the transducer, or the one that a text names; refuse nondimensional units."""
     if units.nondimensional:
         raise ArgumentError("with a transducer, give modulus, diameter and length of the rod")
-    return preset(given) if isinstance(given, str) else given
+    return preset(transducer) if isinstance(transducer, str) else transducer
 
 
 PRESETS = Transducer.presets(Path(__file__).with_name("transducers.toml"))

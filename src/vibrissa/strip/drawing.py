@@ -12,12 +12,16 @@ from vibrissa.figures.labels import at_ends
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.quantities.units import CHANNEL_KINDS, Kind
 from vibrissa.sensor import Grade, Identification, PeriodStatus
+from vibrissa.sensor.identification.recording import FORCES, MOMENT
+from vibrissa.sensor.identification.result import Residuals
 from vibrissa.sensor.transducer import CHANNELS
 
 # Largest number of points of a line; of a longer recording, extremes of equal parts are drawn.
 MOST_POINTS = 4000
-# Heights of a panel of loads, of residuals and of friction (inch).
-LOADS, RESIDUALS, FRICTION = 1.15, 1.0, 2.1
+# Heights of the panels (inch).
+LOADS = 1.15
+RESIDUALS = 1.0
+FRICTION = 2.1
 # Symbols of the channels, and their looks as lines and as points.
 SYMBOLS = {"force_x": r"$F_x$", "force_y": r"$F_y$", "moment_z": r"$M_z$"}
 LINES: dict[str, style.Look] = {
@@ -52,11 +56,12 @@ class AxisUnit(NamedTuple):
     unit: str
 
 
-def axis_of(found: Identification, kind: Kind, values: FloatArray) -> AxisUnit:
+def axis_of(identification: Identification, kind: Kind, values: FloatArray) -> AxisUnit:
     """Choose the unit of an axis: a prefix for small values in SI units."""
-    unit, name = found.units.unit(kind), found.units.name(kind)
+    unit = identification.units.unit(kind)
+    name = identification.units.name(kind)
     largest = float(np.nanmax(np.abs(values), initial=0.0)) * unit
-    if found.units.nondimensional:
+    if identification.units.nondimensional:
         return AxisUnit(factor=unit, unit=name.replace("*", "·").replace("^2", "²"))
     name = name.replace("N*m", "N·m")
     if largest >= 1.0 or not largest:
@@ -78,43 +83,45 @@ def extremes(values: FloatArray) -> IntArray:
     return np.unique(ends)
 
 
-def draw(found: Identification) -> Figure:
+def draw(identification: Identification) -> Figure:
     """Draw the strip of an identification; see this module."""
-    used = [bool(np.isfinite(channel).any()) for channel in found.recording.readings.T]
-    forces = [i for i, name in enumerate(CHANNELS) if used[i] and name != "moment_z"]
-    rows = [LOADS] if forces else []
-    rows += [LOADS] if used[-1] else []
-    rows += [RESIDUALS] if found.residuals is not None else []
+    readings = identification.recording.readings
+    used = [i for i in range(len(CHANNELS)) if np.isfinite(readings[:, i]).any()]
+    # Forces and moment have a panel each, as their units differ.
+    groups = [[i for i in channels if i in used] for channels in (FORCES, [MOMENT])]
+    loads = [channels for channels in groups if channels]
+    residuals = identification.residuals
+    heights = [LOADS for _ in loads]
+    if residuals is not None:
+        heights.append(RESIDUALS)
     with style.applied():
-        figure = style.page(sum(rows) + FRICTION, style.PAGE)
-        panels = figure.subplots(len(rows) + 1, height_ratios=[*rows, FRICTION])
+        figure = style.page(sum(heights) + FRICTION, style.PAGE)
+        panels = figure.subplots(len(heights) + 1, height_ratios=[*heights, FRICTION])
         *above, below = panels
-        rest = iter(above)
-        if forces:
-            _loads(next(rest), found, forces)
-        if used[-1]:
-            _loads(next(rest), found, [len(CHANNELS) - 1])
-        if found.residuals is not None:
-            _residuals(next(rest), found)
-        _clamp_axes(found, above)
-        _friction(below, found)
+        for panel, channels in zip(above, loads, strict=False):
+            _loads(panel, identification, channels)
+        if residuals is not None:
+            _residuals(above[-1], identification, residuals)
+        _clamp_axes(identification, above)
+        _friction(below, identification)
         style.legend(figure)
     return figure
 
 
-def svg(found: Identification) -> str:
+def svg(identification: Identification) -> str:
     """Draw the strip as the text of an SVG element."""
-    figure, file = draw(found), StringIO()
+    figure = draw(identification)
+    file = StringIO()
     with style.applied():
         figure.savefig(file, format="svg", metadata={"Date": None})
     text = file.getvalue()
     return text[text.index("<svg") :]
 
 
-def _loads(panel: Axes, found: Identification, channels: list[int]) -> None:
-    recording = found.recording
-    axis = axis_of(found, CHANNEL_KINDS[channels[0]], recording.readings[:, channels])
-    length = axis_of(found, Kind.LENGTH, recording.clamp)
+def _loads(panel: Axes, identification: Identification, channels: list[int]) -> None:
+    recording = identification.recording
+    axis = axis_of(identification, CHANNEL_KINDS[channels[0]], recording.readings[:, channels])
+    length = axis_of(identification, Kind.LENGTH, recording.clamp)
     for i in channels:
         rows = extremes(recording.readings[:, i])
         x, y = recording.clamp[rows] * length.factor, recording.readings[rows, i] * axis.factor
@@ -126,11 +133,8 @@ def _loads(panel: Axes, found: Identification, channels: list[int]) -> None:
     at_ends(panel)
 
 
-def _residuals(panel: Axes, found: Identification) -> None:
-    residuals = found.residuals
-    if residuals is None:
-        return
-    length = axis_of(found, Kind.LENGTH, found.recording.clamp)
+def _residuals(panel: Axes, identification: Identification, residuals: Residuals) -> None:
+    length = axis_of(identification, Kind.LENGTH, identification.recording.clamp)
     panel.axhspan(-TWICE, TWICE, color=style.SHAPE, linewidth=0.0, label="± 2 st. dev.")
     for i, name in enumerate(residuals.channels):
         values = residuals.values[:, i]
@@ -142,10 +146,11 @@ def _residuals(panel: Axes, found: Identification) -> None:
     panel.margins(x=0.0)
 
 
-def _clamp_axes(found: Identification, panels: list[Axes]) -> None:
+def _clamp_axes(identification: Identification, panels: list[Axes]) -> None:
     """Shade periods in doubt in the panels over the clamp, and name their common axis."""
-    recording, periods = found.recording, found.periods
-    length = axis_of(found, Kind.LENGTH, recording.clamp)
+    recording = identification.recording
+    periods = identification.periods
+    length = axis_of(identification, Kind.LENGTH, recording.clamp)
     line = recording.line
     starts = recording.clamp[np.searchsorted(line, periods.first_line).clip(max=len(line) - 1)]
     for grade in Grade:
@@ -160,11 +165,12 @@ def _clamp_axes(found: Identification, panels: list[Axes]) -> None:
         panels[-1].set_xlabel(f"position of the clamp / {length.unit}")
 
 
-def _friction(panel: Axes, found: Identification) -> None:
-    periods, summary = found.periods, found.summary()
+def _friction(panel: Axes, identification: Identification) -> None:
+    periods = identification.periods
+    summary = identification.summary()
     at_tip = np.isfinite(periods.contact).any()
     places = periods.contact if at_tip else periods.footpoint
-    length = axis_of(found, Kind.LENGTH, places)
+    length = axis_of(identification, Kind.LENGTH, places)
     x = places * length.factor
     slips = periods.status == PeriodStatus.SLIP
     if summary.used:
@@ -174,7 +180,7 @@ def _friction(panel: Axes, found: Identification) -> None:
     for grade, look in LOOKS.items():
         rows = slips & (periods.grade == grade)
         if rows.any():
-            _intervals(panel, found, x, rows, {"label": NAMES[grade], **look})
+            _intervals(panel, identification, x, rows, {"label": NAMES[grade], **look})
     bounds = ~slips & np.isfinite(periods.low)
     look = {"color": style.INK, "marker": "^", "markerfacecolor": "white", "linestyle": "none"}
     if bounds.any():
@@ -185,8 +191,8 @@ def _friction(panel: Axes, found: Identification) -> None:
 
 
 def _intervals(
-    panel: Axes, found: Identification, x: FloatArray, rows: BoolArray, look: style.Look
+    panel: Axes, identification: Identification, x: FloatArray, rows: BoolArray, look: style.Look
 ) -> None:
-    periods = found.periods.take(rows)
+    periods = identification.periods.take(rows)
     panel.vlines(x[rows], periods.low, periods.high, color=look["color"], linewidth=0.9)
     panel.plot(x[rows], periods.mu0, linestyle="none", **look)

@@ -34,7 +34,7 @@ summary { cursor: pointer; margin-top: 0.8rem; }
 """
 
 
-def page(found: Identification, source: str, notes: Sequence[str] = ()) -> str:
+def page(identification: Identification, source: str, notes: Sequence[str] = ()) -> str:
     """Return the strip of an identification as a web page without external references.
 
     Parameters
@@ -44,14 +44,14 @@ def page(found: Identification, source: str, notes: Sequence[str] = ()) -> str:
     notes : sequence of str
         Lines to print below the drawing, after those of the summary.
     """
-    summary = found.summary()
+    summary = identification.summary()
     answer, *trust = summary.answer()
     head, comma, rest = answer.partition(", ")
     # The number stays in one piece.
     head = escape(head).replace("mu0 = ", "μ<sub>0</sub> = ").replace(" ± ", "&nbsp;±&nbsp;")
     untrusted = [(Grade.WRONG if summary.wrong else Grade.DOUBTFUL, line) for line in trust]
-    doubts = [(line.partition(":")[0], line) for line in found.periods.doubts]
-    lines = [*summary.details(), *found.periods.left_out, *notes]
+    doubts = [(line.partition(":")[0], line) for line in identification.periods.doubts]
+    lines = [*summary.details(), *identification.periods.left_out, *notes]
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -72,13 +72,13 @@ def page(found: Identification, source: str, notes: Sequence[str] = ()) -> str:
 <div class="scroll" tabindex="0" role="region" aria-label="Drawing">
 <div role="img" aria-label="Loads and residuals over the position of the clamp; friction with its
 95 % intervals along the surface. The table below has the numbers.">
-{svg(found)}
+{svg(identification)}
 </div>
 </div>
 {_list([("", line) for line in lines])}
 <details><summary>All periods</summary>
 <div class="scroll" tabindex="0" role="region" aria-label="All periods">
-{_table(found)}
+{_table(identification)}
 </div>
 </details>
 </main>
@@ -96,16 +96,17 @@ def _list(lines: Sequence[tuple[str, str]]) -> str:
     return f"<ul>\n{each}\n</ul>"
 
 
-def _table(found: Identification) -> str:
-    length = axis_of(found, Kind.LENGTH, found.recording.clamp)
+def _table(identification: Identification) -> str:
+    length = axis_of(identification, Kind.LENGTH, identification.recording.clamp)
     titles = [f"tip / {length.unit}", f"clamp / {length.unit}", "μ0", "95 % interval", "lines"]
     head = "".join(f'<th scope="col">{title}</th>' for title in (*titles, "status", "doubt"))
-    rows = "\n".join(_rows(found))
+    rows = "\n".join(_rows(identification))
     return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>"
 
 
-def _rows(found: Identification) -> Iterator[str]:
-    periods, length = found.periods, axis_of(found, Kind.LENGTH, found.recording.clamp)
+def _rows(identification: Identification) -> Iterator[str]:
+    periods = identification.periods
+    length = axis_of(identification, Kind.LENGTH, identification.recording.clamp)
 
     def spelled(value: float, digits: int) -> str:
         return f"{value:.{digits}f}" if np.isfinite(value) else "–"

@@ -9,8 +9,11 @@ from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.identification.slips import Spans
 
-# Number of blocks in all, if possible; least and largest number of blocks in one period.
-IN_ALL, FEWEST, MOST = 20000, 8, 64
+# Number of blocks in all, if possible.
+IN_ALL = 20000
+# Least and largest number of blocks in one period.
+FEWEST = 8
+MOST = 64
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

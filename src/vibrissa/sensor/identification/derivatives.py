@@ -11,8 +11,8 @@ from vibrissa.sensor.identification.parameters import OF_MOUNTING
 AnyRod = TypeVar("AnyRod", bound=MountedRod)
 
 
-def moved(given: AnyRod, size: Mapping[str, float]) -> AnyRod:
-    """Return the rod `given` after a change.
+def moved(rod: AnyRod, size: Mapping[str, float]) -> AnyRod:
+    """Return a rod after a change.
 
     The height of the result is in units of its own length.
 
@@ -22,11 +22,11 @@ def moved(given: AnyRod, size: Mapping[str, float]) -> AnyRod:
         Deviations by the names of their parameters; others are 0.
     """
     return replace(
-        given,
-        theta=given.theta + size.get("theta", 0.0),
-        eta=(given.eta + size.get("eta", 0.0) - size.get("tip_radius", 0.0))
+        rod,
+        theta=rod.theta + size.get("theta", 0.0),
+        eta=(rod.eta + size.get("eta", 0.0) - size.get("tip_radius", 0.0))
         / (1.0 + size.get("length", 0.0)),
-        mounting=given.mounting.shifted(**{name: size.get(name, 0.0) for name in OF_MOUNTING}),
+        mounting=rod.mounting.shifted(**{name: size.get(name, 0.0) for name in OF_MOUNTING}),
     )
 
 
@@ -51,4 +51,4 @@ def derivatives(
     steps : mapping
         Changes of these parameters; see `Parameter.step`.
     """
-    return {name: (others - values) / steps[name] for name, others in changed.items()}
+    return {name: (there - values) / steps[name] for name, there in changed.items()}

@@ -5,7 +5,8 @@ import numpy as np
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 
 # The clamp rests if it travels less over WINDOW samples than the part SLOW of its usual travel.
-WINDOW, SLOW = 10, 0.2
+WINDOW = 10
+SLOW = 0.2
 # Quantile of travels and of loads that is called usual: the clamp may rest in most samples.
 USUAL = 0.9
 # Part of the usual load that counts as no load: only lift-off lowers all channels so far.

@@ -15,11 +15,14 @@ from vibrissa.sensor.transducer import CHANNELS
 FACTORS = np.geomspace(1.0, 3000.0, 61)
 # Number of blocks with which a factor is tried.
 TRIED = 200
-# Largest misfit, as a part of the readings, with which loads fit the rod after a correction. The
-# correction must also make the misfit this many times smaller.
-FITS, LESS = 0.03, 5.0
-# Largest difference of a factor from 1, and from a known factor, as logarithms.
-SAME, KNOWN = 0.15, 0.08
+# Largest misfit, as a part of the readings, with which loads fit the rod after a correction.
+FITS = 0.03
+# The correction must also make the misfit this many times smaller.
+LESS = 5.0
+# Largest logarithm of a factor that is taken as 1.
+SAME = 0.15
+# Largest difference of the logarithms of a factor and of a known factor that it may be.
+KNOWN = 0.08
 # Groups of channels that may have one wrong unit or gain.
 ALL = "all loads"
 GROUPS = {
@@ -82,7 +85,7 @@ class Factor:
 
 def named(size: float, known: dict[float, str]) -> str:
     """Return the text of the known factor that is nearest to `size`; empty if none is near."""
-    near = min(known, key=lambda one: abs(np.log(size / one)))
+    near = min(known, key=lambda factor: abs(np.log(size / factor)))
     return known[near] if abs(np.log(size / near)) < KNOWN else ""
 
 
@@ -100,11 +103,11 @@ def likely_factor(task: Task, table: StateTable) -> str:
     """
     if travel := _travel(task, table):
         return travel
-    some = np.linspace(0, len(task.blocks) - 1, TRIED).astype(int)
-    readings = task.blocks.readings[some]
-    given = table.misfit(readings)
-    best = min(_factors(task, table, readings), key=lambda one: one.misfit, default=None)
-    if best is None or best.misfit > min(FITS, given / LESS) or abs(np.log(best.size)) < SAME:
+    places = np.linspace(0, len(task.blocks) - 1, TRIED).astype(int)
+    readings = task.blocks.readings[places]
+    uncorrected = table.misfit(readings)
+    best = min(_factors(task, table, readings), key=lambda factor: factor.misfit, default=None)
+    if best is None or best.misfit > min(FITS, uncorrected / LESS) or abs(np.log(best.size)) < SAME:
         return ""
     return str(best)
 
@@ -124,8 +127,8 @@ def _factors(task: Task, table: StateTable, readings: FloatArray) -> Iterator[Fa
             return table.misfit(readings * np.where(inside, np.exp(-size), 1.0))
 
         start = min(tried.tolist(), key=misfit)
-        found = minimize_scalar(misfit, bounds=(start - width, start + width), method="bounded")
-        yield Factor(group=group, size=float(np.exp(found.x)), misfit=float(found.fun))
+        best = minimize_scalar(misfit, bounds=(start - width, start + width), method="bounded")
+        yield Factor(group=group, size=float(np.exp(best.x)), misfit=float(best.fun))
 
 
 def _travel(task: Task, table: StateTable) -> str:

@@ -72,7 +72,8 @@ class Fit:
 
         Noise of the clamp position acts as noise of the readings in the direction of their slope.
         """
-        position, count = self.task.recording.position, self.task.blocks.count
+        position = self.task.recording.position
+        count = self.task.blocks.count
         scaled = self.task.weighted(values) * np.sqrt(count)[:, None]
         if not position:
             return scaled
@@ -107,9 +108,9 @@ class Fit:
         return fit
 
 
-def started(task: Task, given: Whisker, nearest: FloatArray) -> Fit:
+def started(task: Task, whisker: Whisker, nearest: FloatArray) -> Fit:
     """Start at the given set-up, with x0 from the states nearest to the readings."""
-    (model,) = forward_models(task, given, np.zeros(len(task.parameters)), keep=True)
+    (model,) = forward_models(task, whisker, np.zeros(len(task.parameters)), keep=True)
     periods = len(task.spans)
     # With u = 0 the x0 of a block is its difference from the x0 of the last sample.
     apart = np.split(nearest - model.states(np.zeros(periods)).x0, task.blocks.starts[1:])

@@ -77,7 +77,7 @@ class FittedSetUp:
 
     @property
     def per_period(self) -> int:
-        """Number of quantities fitted in each period: the contact point, and its height if told."""
+        """Number of quantities fitted in each period: the contact point, and perhaps its height."""
         return 2 if self.task.slope.deviation else 1
 
     @property
@@ -95,12 +95,12 @@ class FittedSetUp:
         if not self.task.slope.deviation:
             return Unevenness(chi2=0.0, number=0, chance=1.0)
         kept = np.flatnonzero(self.fit.kept)
-        some = kept[:: -(-len(kept) // MOST_HEIGHTS)]
+        sample = kept[:: -(-len(kept) // MOST_HEIGHTS)]
         # The set-up moves all heights together.
-        moves = self.line.moves_of_heights[some][:, self.task.free]
-        error = np.diag(self.heights.variance[some]) + moves @ self.covariance @ moves.T
-        surface = self.task.slope.heights(self.task.ends.clamp[some])
-        return unevenness_of(self.heights.height[some], surface, error)
+        moves = self.line.moves_of_heights[sample][:, self.task.free]
+        error = np.diag(self.heights.variance[sample]) + moves @ self.covariance @ moves.T
+        surface = self.task.slope.heights(self.task.ends.clamp[sample])
+        return unevenness_of(self.heights.height[sample], surface, error)
 
     @property
     def misfit(self) -> float:

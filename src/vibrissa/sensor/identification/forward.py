@@ -42,12 +42,17 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
-# Width of the widest part of the range of heights, and margin at the ends of the range, both as
-# parts of the gap 1 − η between the surface and an upright rod. Number of heights in each part.
-WIDE, ROOM, FEW = 0.3, 0.03, 4
-# Width of a narrow range, as a part of the gap, and number of heights in it: loads that are
-# interpolated in it have errors below 1e-5 of their size, which neighbouring set-ups share.
-NARROW, FEWEST = 0.1, 3
+# The range of heights is cut into parts. WIDE is the width of the widest part, and ROOM the margin
+# at the ends of the range, as parts of the gap 1 − η between the surface and an upright rod.
+WIDE = 0.3
+ROOM = 0.03
+# Number of heights in each part.
+FEW = 4
+# Width of a narrow range, which is not cut, as a part of the gap.
+NARROW = 0.1
+# Number of heights in a narrow range: loads that are interpolated in it have errors below 1e-5 of
+# their size, which neighbouring set-ups share.
+FEWEST = 3
 # Number of stated set-ups, and of their changes by single parameters, whose responses are kept for
 # other recordings, a few megabytes each.
 KEPT = 8
@@ -101,8 +106,8 @@ def forward_models(
     solved = iter(kept_responses(*levels) if keep else responses(levels, partly=True))
     parts = [[_part(part, [next(solved) for _ in part]) for part in heights] for heights in nodes]
     return [
-        ForwardModel(task=task, given=given, p=p, heights=ResponseOverEta(parts=tuple(some)))
-        for p, some in zip(sets, parts, strict=True)
+        ForwardModel(task=task, given=given, p=p, heights=ResponseOverEta(parts=tuple(of_rod)))
+        for p, of_rod in zip(sets, parts, strict=True)
     ]
 
 
@@ -151,7 +156,8 @@ class ForwardModel:
 
     def at(self, clamp: FloatArray, contact: ArrayLike) -> Held:
         """States of the rod at clamp positions, and their x0 if the tip is at `contact` (L)."""
-        rod, clamp = moved(self.given, self.size), scale_of(self.size) * clamp
+        rod = moved(self.given, self.size)
+        clamp = scale_of(self.size) * clamp
         stage = Stage(response=self.heights, eta=rod.eta, angle=rod.mounting.stage_angle)
         return stage.states(clamp, contact, 1)
 
@@ -211,7 +217,8 @@ class ForwardModel:
 
         `order` is the order of the derivatives. Units are those of the given rod.
         """
-        at, length = states.clip(x0), 1.0 + self.size["length"]
+        at = states.clip(x0)
+        length = 1.0 + self.size["length"]
         loads = states.derivative(at, order) if order else self._of_ball(states, at)
         return loads * np.array([length**-2, length**-2, 1.0 / length])
 
@@ -221,46 +228,49 @@ class ForwardModel:
 
     def scaled(self, loads: FloatArray) -> FloatArray:
         """Return the readings of a transducer whose zeros are right: a linear function of loads."""
-        shown = loads.copy()
-        for one, size in zip(self.task.parameters, self.p, strict=True):
-            if one.effect is not None and size and not one.of_zero:
-                shown += size * one.effect(loads, *self.task.rows)
-        return shown
+        return self._shown(loads, of_zero=False)
 
     @cached_property
     def zeros(self) -> FloatArray:
         """Zeros of the channels in n blocks of samples, shape (n, 3)."""
-        zeros = np.zeros((len(self.task.blocks), len(CHANNELS)))
-        for one, size in zip(self.task.parameters, self.p, strict=True):
-            if one.effect is not None and size and one.of_zero:
-                zeros = zeros + size * one.effect(zeros, *self.task.rows)
-        return zeros
+        return self._shown(np.zeros((len(self.task.blocks), len(CHANNELS))), of_zero=True)
+
+    def _shown(self, loads: FloatArray, of_zero: bool) -> FloatArray:
+        """Add to loads the effects of all parameters of zeros, or of all others."""
+        shown = loads
+        for parameter, size in zip(self.task.parameters, self.p, strict=True):
+            if parameter.effect is not None and size and parameter.of_zero is of_zero:
+                shown = shown + size * parameter.effect(loads, self.task.rows)
+        return shown
 
     def changes(self, u: FloatArray) -> Changes:
         """Differentiate readings and friction with respect to each parameter, at constant `u`."""
-        parameters, loads = self.task.parameters, self.loads(*self.states(u))
-        friction, readings = self.friction(u)[:, 1], np.zeros((len(parameters), *loads.shape))
-        frictions = np.zeros((len(parameters), len(u)))
-        steps = {one.name: one.step for one in parameters}
+        parameters = self.task.parameters
+        steps = {parameter.name: parameter.step for parameter in parameters}
         sets = dict(zip(steps, self.p + np.diag([*steps.values()]), strict=True))
+        # The rod is solved anew where its own properties change, and only moved elsewhere.
         of_rod = [sets[name] for name in OF_ROD]
         solved = forward_models(self.task, self.given, *of_rod, keep=not self.p.any())
         near = {
-            one.name: replace(self, p=sets[one.name]) for one in parameters if one.effect is None
+            parameter.name: replace(self, p=sets[parameter.name])
+            for parameter in parameters
+            if parameter.effect is None
         } | dict(zip(OF_ROD, solved, strict=True))
-        of_loads = derivatives(
-            loads, {name: model.loads(*model.states(u)) for name, model in near.items()}, steps
-        )
-        of_friction = derivatives(
-            friction, {name: model.friction(u)[:, 1] for name, model in near.items()}, steps
-        )
-        for k, one in enumerate(parameters):
-            if one.effect is None:
-                readings[k] = self.scaled(of_loads[one.name])
-                frictions[k] = of_friction[one.name]
-            else:
-                readings[k] = one.effect(loads, *self.task.rows)
-        return Changes(readings=readings, friction=frictions)
+        loads = self.loads(*self.states(u))
+        near_loads = {name: model.loads(*model.states(u)) for name, model in near.items()}
+        near_friction = {name: model.friction(u)[:, 1] for name, model in near.items()}
+        of_loads = derivatives(loads, near_loads, steps)
+        of_friction = derivatives(self.friction(u)[:, 1], near_friction, steps)
+        readings = [
+            self.scaled(of_loads[parameter.name])
+            if parameter.effect is None
+            else parameter.effect(loads, self.task.rows)
+            for parameter in parameters
+        ]
+        # A parameter of the transducer does not change the friction under the tip.
+        none = np.zeros(len(u))
+        friction = [of_friction.get(parameter.name, none) for parameter in parameters]
+        return Changes(readings=np.stack(readings), friction=np.stack(friction))
 
 
 def _without_lock(branch: Response) -> FloatArray:

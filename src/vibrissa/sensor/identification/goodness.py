@@ -7,6 +7,7 @@ difference is the surprise of the parameter.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc, ndtri
@@ -16,7 +17,7 @@ from vibrissa.quantities.units import Units
 from vibrissa.sensor.identification.fit import LEAST_WEIGHT
 from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.parameters import Parameter
-from vibrissa.sensor.tolerances import told
+from vibrissa.sensor.tolerances import displayed
 
 # Least part of a parameter's variance that a recording must remove: less is rounding.
 LITTLE = 1e-9
@@ -34,8 +35,10 @@ LEVEL = 1e-3
 # Degrees of freedom per reading, for noise that is estimated from second differences: neighbours
 # are correlated by −2/3, the next ones by 1/6. Differences of pairs at rest have as many.
 PER_READING = 18.0 / 35.0
-# Largest number of causes that are named, and least part of the misfit that each must explain.
-SOUGHT, EXPLAINS = 3, 0.1
+# Largest number of causes that are named.
+SOUGHT = 3
+# Least part of the misfit that a cause must explain.
+EXPLAINS = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,9 +72,12 @@ class Estimate:
 
     def spelled(self, units: Units) -> str:
         """Format the estimate in the user's units."""
-        of, given = self.parameter.of, self.parameter.deviation
-        size, unit = told(of, self.size, units)
-        deviation, tolerance = (told(of, one, units)[0] for one in (self.deviation, given))
+        of = self.parameter.of
+        stated = self.parameter.deviation
+        size, unit = displayed(of, self.size, units)
+        deviation, tolerance = (
+            displayed(of, error, units)[0] for error in (self.deviation, stated)
+        )
         text = (
             f"{self.parameter.name}: given to ± {tolerance:.3g} {unit}, off by {size:+.3g} ± "
             f"{deviation:.2g} {unit} according to the recording"
@@ -92,10 +98,10 @@ def estimates_of(
 ) -> tuple[Estimate, ...]:
     """Make estimates from parameters, their sizes and the covariance of their remaining errors."""
     left = np.sqrt(np.diag(covariance))
-    most = most_surprise(sum(not one.wave for one in parameters))
+    most = most_surprise(sum(not parameter.wave for parameter in parameters))
     return tuple(
-        Estimate(parameter=one, size=float(size), deviation=float(deviation), most=most)
-        for one, size, deviation in zip(parameters, sizes, left, strict=True)
+        Estimate(parameter=parameter, size=float(size), deviation=float(deviation), most=most)
+        for parameter, size, deviation in zip(parameters, sizes, left, strict=True)
     )
 
 
@@ -176,55 +182,85 @@ class Cause:
 
     def spelled(self, units: Units) -> str:
         """Format the quantity and its change in the user's units."""
-        way, of = "larger" if self.size > 0.0 else "smaller", self.parameter.of
-        size, unit = told(of, abs(self.size), units)
-        by = f"{size:.3g} ± {told(of, self.deviation, units)[0]:.1g} {unit}".rstrip()
+        way = "larger" if self.size > 0.0 else "smaller"
+        of = self.parameter.of
+        size, unit = displayed(of, abs(self.size), units)
+        by = f"{size:.3g} ± {displayed(of, self.deviation, units)[0]:.1g} {unit}".rstrip()
         return f"{self.parameter.name} {way} by {by} (explains {self.explained:.0%} of the misfit)"
 
 
-def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
-    """Find quantities whose given values may be wrong, the likeliest first.
+class _EachAlone(NamedTuple):
+    """Each of k parameters, estimated as if it alone had an infinite tolerance, to first order.
 
-    Each quantity is estimated, to first order, as if it alone had an infinite tolerance. An exact
-    quantity is fitted together with the contact points and, if the fit has converged, with the
-    quantities that are not exact.
+    Attributes
+    ----------
+    size, deviation : ndarray, shape (k,)
+        Excess of the parameter over its given value, and its standard deviation.
+    fall : ndarray, shape (k,)
+        Fall of the minimised sum; 0 for a parameter that is not named as a cause.
     """
-    fit, line, task = fitted.fit, fitted.line, fitted.task
-    free, settled = task.free, fitted.adjusted
-    changes, miss = line.changes[:, fit.rows], fitted.misses[fit.rows]
-    along, known = (changes * miss).sum(axis=(1, 2)), (changes**2).sum(axis=(1, 2))
-    if settled:
+
+    size: FloatArray
+    deviation: FloatArray
+    fall: FloatArray
+
+
+def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
+    """Find quantities whose given values may be wrong, the likeliest first."""
+    parameters = fitted.task.parameters
+    degrees = fitted.degrees + fitted.unevenness.number
+    excess = float((fitted.fit.scores**2).sum()) if fits else fitted.misfit - degrees
+    if excess <= 0.0:
+        return ()  # nothing to explain
+    size, deviation, fall = _each_alone(fitted)
+    # A cause outside the bounds of its parameter, such as an angle of 300°, is none.
+    possible = [
+        parameter.low <= excess_of <= parameter.high
+        for parameter, excess_of in zip(parameters, size.tolist(), strict=True)
+    ]
+    explained = np.where(possible, np.minimum(fall / excess, 1.0), 0.0)
+    likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -fall[k])
+    # Readings that fit badly for other reasons, too, make each size less certain.
+    scatter = np.sqrt(max(fitted.misfit / max(degrees, 1), 1.0))
+    return tuple(
+        Cause(
+            parameter=parameters[k],
+            size=float(size[k]),
+            deviation=float(scatter * deviation[k]),
+            explained=float(explained[k]),
+        )
+        for k in likely[:SOUGHT]
+    )
+
+
+def _each_alone(fitted: FittedSetUp) -> _EachAlone:
+    """Estimate each parameter alone.
+
+    An exact one is fitted together with the contact points and, if the fit has converged, with
+    those that are not exact.
+    """
+    fit = fitted.fit
+    line = fitted.line
+    task = fitted.task
+    changes = line.changes[:, fit.rows]
+    along = (changes * fitted.misses[fit.rows]).sum(axis=(1, 2))
+    known = (changes**2).sum(axis=(1, 2))
+    if fitted.adjusted:
         shared = line.jacobian @ changes.reshape(len(changes), -1).T
-        known -= (shared * (fitted.remaining @ shared)).sum(axis=0)
-    named = (known > LEAST_WEIGHT) & [one.of not in NOT_NAMED for one in task.parameters]
+        known = known - (shared * (fitted.remaining @ shared)).sum(axis=0)
+    named = (known > LEAST_WEIGHT) & [
+        parameter.of not in NOT_NAMED for parameter in task.parameters
+    ]
     known = np.where(named, known, np.inf)
-    size, deviation = along / known, 1.0 / np.sqrt(known)
+    size = along / known
+    deviation = 1.0 / np.sqrt(known)
     fall = size * along
-    if settled:
+    if fitted.adjusted:
+        # Of a fitted parameter the fit itself says how far it would go: see this module.
+        free = task.free
         left = np.diag(fitted.remaining)
         part = np.where(1.0 - left > LITTLE, 1.0 - left, np.inf)
         size[free] = fit.p[free] / part
         deviation[free] = task.sigma[free] * np.sqrt(left / part)
         fall[free] = named[free] * fit.scores**2 / part
-    degrees = fitted.degrees + fitted.unevenness.number
-    excess = float((fit.scores**2).sum()) if fits else fitted.misfit - degrees
-    if excess <= 0.0:
-        return ()  # nothing to explain
-    explained = np.minimum(fall / excess, 1.0)
-    off = max(fitted.misfit / max(degrees, 1), 1.0)
-    # A cause outside the bounds of its parameter, such as an angle of 300°, is none.
-    possible = [
-        one.low <= part <= one.high
-        for one, part in zip(task.parameters, size.tolist(), strict=True)
-    ]
-    explained = np.where(possible, explained, 0.0)
-    likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -fall[k])
-    return tuple(
-        Cause(
-            parameter=task.parameters[k],
-            size=float(size[k]),
-            deviation=float(np.sqrt(off) * deviation[k]),
-            explained=float(explained[k]),
-        )
-        for k in likely[:SOUGHT]
-    )
+    return _EachAlone(size=size, deviation=deviation, fall=fall)

@@ -26,8 +26,10 @@ REST = 2.0
 FEWEST = 8
 # Least part of successive values that are equal, or differ by more than a step.
 OFTEN = 0.1
-# Part of a step, and of the range of the values, that is rounding.
-OF_STEP, OF_RANGE = 1e-2, 1e-12
+# Part of a step that is rounding.
+OF_STEP = 1e-2
+# Part of the range of the values that is rounding.
+OF_RANGE = 1e-12
 # Largest part of the values that are distinct if each step occurs again and again.
 MOST_DISTINCT = 0.5
 
@@ -127,10 +129,10 @@ class Holds:
         rows = np.concatenate([self.starts[1:], following[rests] - self.usual])
         values = np.concatenate([self.clamp[self.starts[1:]], self.clamp[self.starts[:-1]][rests]])
         order = np.argsort(rows, kind="stable")
-        found = np.interp(np.arange(len(self.clamp)), rows[order], values[order])
+        positions = np.interp(np.arange(len(self.clamp)), rows[order], values[order])
         if self.lengths[-1] <= REST * self.usual:
-            found[self.starts[-1] + 1 :] = np.nan
-        return np.asarray(found)
+            positions[self.starts[-1] + 1 :] = np.nan
+        return np.asarray(positions)
 
 
 def rounding(values: FloatArray) -> tuple[float, float]:

@@ -101,14 +101,15 @@ def identify(
         If the response of the whisker is not found.
     """
     problem = _problem(setup, recording, method, slip_time, delay)
-    task, whisker = problem.task, problem.whisker
+    task = problem.task
+    whisker = problem.whisker
     if profile and whisker is None:
         raise ArgumentError(
             "the profile needs the rod: give theta and eta, and its size in SI units"
         )
     located = profile_of(task, whisker) if profile and whisker is not None else None
-    found = _answer(problem, None if whisker is None else _by_both(task, whisker))
-    return replace(found, profile=located)
+    identification = _answer(problem, None if whisker is None else _by_both(task, whisker))
+    return replace(identification, profile=located)
 
 
 def identify_by(
@@ -119,19 +120,19 @@ def identify_by(
     Each result is that of `identify`, or the error that it raises. As `identify` compares both
     methods, whichever gives the friction, they are computed once for all.
     """
-    found: list[Identification | VibrissaError] = []
+    results: list[Identification | VibrissaError] = []
     known: list[tuple[Task, _ByBoth]] = []
     for method in methods:
         try:
             problem = _problem(setup, recording, method, None, None)
-            both = next((one for task, one in known if _alike(task, problem.task)), None)
+            both = next((by_both for task, by_both in known if _alike(task, problem.task)), None)
             if both is None and problem.whisker is not None:
                 both = _by_both(problem.task, problem.whisker)
                 known.append((problem.task, both))
-            found.append(_answer(problem, both))
+            results.append(_answer(problem, both))
         except VibrissaError as error:
-            found.append(error)
-    return found
+            results.append(error)
+    return results
 
 
 class _Problem(NamedTuple):
@@ -164,49 +165,50 @@ def _problem(
         raise ArgumentError(
             f"the method {method} needs the rod: give theta and eta, or use the method ratio"
         )
-    path = Path(recording) if isinstance(recording, str) else recording
-    given = path if isinstance(path, Recording) else table_of(path, method)
+    source = Path(recording) if isinstance(recording, str) else recording
+    table = source if isinstance(source, Recording) else table_of(source, method)
     if whisker is not None and (whisker.rod is not None or method is Method.MODEL):
         units = whisker.units
     else:
-        units = Units() if isinstance(given, Recording) else units_of(given)
+        units = Units() if isinstance(table, Recording) else units_of(table)
     sensor = None if setup.transducer is None else transducer_of(setup.transducer, units)
-    if isinstance(given, Recording):
-        given = as_measured(given)
+    if isinstance(table, Recording):
+        samples = as_measured(table)
     else:
-        given = read_recording(given, units, method, sensor)
-    if len(given) < FEWEST_SAMPLES:
-        few = f"too few rows to identify friction from: {counted(len(given), 'usable row')}"
-        raise RecordingError("; ".join((few, *given.notes)))
-    given = replace(
-        given,
-        slip_rows=in_samples(given, slip_time, "slip_time"),
-        delay=in_samples(given, delay, "delay"),
+        samples = read_recording(table, units, method, sensor)
+    if len(samples) < FEWEST_SAMPLES:
+        few = f"too few rows to identify friction from: {counted(len(samples), 'usable row')}"
+        raise RecordingError("; ".join((few, *samples.notes)))
+    samples = replace(
+        samples,
+        slip_rows=in_samples(samples, slip_time, "slip_time"),
+        delay=in_samples(samples, delay, "delay"),
     )
     # A recording in SI units cannot be compared with a rod whose size is not known.
     if whisker is not None and whisker.units != units:
         whisker = None
-    task = task_of(given, setup, whisker, sensor, units)
+    task = task_of(samples, setup, whisker, sensor, units)
     return _Problem(method=method, task=task, whisker=whisker, setup=setup)
 
 
-def _alike(one: Task, other: Task) -> bool:
+def _alike(first: Task, second: Task) -> bool:
     """Whether two methods use the same rows and channels of a recording."""
-    same = one.used == other.used and one.recording.notes == other.recording.notes
-    return same and np.array_equal(one.recording.line, other.recording.line)
+    same = first.used == second.used and first.recording.notes == second.recording.notes
+    return same and np.array_equal(first.recording.line, second.recording.line)
 
 
 def _answer(problem: _Problem, both: _ByBoth | None) -> Identification:
     """Return the friction by the method of the problem; `both` is None without a rod."""
-    task, whisker = problem.task, problem.whisker
+    task = problem.task
+    whisker = problem.whisker
     if whisker is None or both is None:
-        found = _by_ratio_alone(read_ratio(task), task).noted(UNCHECKED)
+        answer = _by_ratio_alone(read_ratio(task), task).noted(UNCHECKED)
     else:
-        found = _chosen(both, task, problem.method)
+        answer = _chosen(both, task, problem.method)
         density = problem.setup.in_si("density")
-        found = found.noted(*_too_fast(found.periods, task.recording.interval, whisker, density))
+        answer = answer.noted(*_too_fast(answer.periods, task.recording.interval, whisker, density))
     # The slope of the surface changes the friction by both methods alike.
-    return replace(found, periods=found.periods.on_slope(found.slope))
+    return replace(answer, periods=answer.periods.on_slope(answer.slope))
 
 
 def _too_fast(
@@ -278,27 +280,31 @@ def _chosen(both: _ByBoth, task: Task, method: Method) -> Identification:
         why = f"the model of the rod is not compared with the ratio of the forces: {ratio}"
         return _in_doubt(model, why) if task.both_forces else model.noted(why)
     compared = beside(model, ratio)
-    found = model if method is Method.MODEL else ratio
+    chosen = model if method is Method.MODEL else ratio
     apart = "model and ratio of the forces disagree"
     checks = [Check(Grade.DOUBTFUL, compared.off, apart, summed=not compared.agrees)]
     if method is Method.RATIO and _bears_on_ratio(model):
-        found = replace(found, goodness=model.goodness, causes=model.causes)
+        chosen = replace(chosen, goodness=model.goodness, causes=model.causes)
         checks.append(unfitted(model))
     # The slope of the surface is an error of the friction by the ratio, but not of the difference.
     deviation = np.hypot(compared.deviation, task.slope.errors(compared.ratio))
-    return replace(found, beside=replace(compared, deviation=deviation)).doubted(*checks)
+    return replace(chosen, beside=replace(compared, deviation=deviation)).doubted(*checks)
 
 
-def _in_doubt(found: Identification, why: str) -> Identification:
+def _in_doubt(identification: Identification, why: str) -> Identification:
     """Return the result with a reason to doubt all periods."""
-    return found.doubted(Check(Grade.DOUBTFUL, np.full(len(found.periods), True), why))
+    return identification.doubted(
+        Check(Grade.DOUBTFUL, np.full(len(identification.periods), True), why)
+    )
 
 
 def _bears_on_ratio(model: Identification) -> bool:
     """Whether a deviation from the given set-up, found by the model, may change the ratio, too."""
     uneven = model.goodness is not None and model.goodness.uneven
-    if uneven or any(one.far and one.parameter.of in REFUTE_RATIO for one in model.estimates):
+    if uneven or any(
+        estimate.far and estimate.parameter.of in REFUTE_RATIO for estimate in model.estimates
+    ):
         return True
-    likely = [one.parameter.of for one in model.causes if one.explained > MOST]
+    likely = [cause.parameter.of for cause in model.causes if cause.explained > MOST]
     elsewhere = (of not in REFUTE_RATIO for of in likely)
     return not (model.fits or any(elsewhere))

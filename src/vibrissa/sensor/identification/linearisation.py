@@ -65,14 +65,17 @@ class Linearisation:
         NoResponseError
             If a rod near to that of the fit has no response.
         """
-        blocks, slope = fit.task.blocks, fit.slope
+        blocks = fit.task.blocks
+        slope = fit.slope
         changes = fit.model.changes(fit.u)
         readings = fit.weighted(changes.readings)
-        moves = -np.stack([blocks.sums((one * slope).sum(axis=1)) for one in readings], axis=1)
+        moves = -np.stack(
+            [blocks.sums((change * slope).sum(axis=1)) for change in readings], axis=1
+        )
         moves /= fit.known[:, None]
         refitted = [
-            one + slope * moved[blocks.period][:, None]
-            for one, moved in zip(readings, moves.T, strict=True)
+            change + slope * moved[blocks.period][:, None]
+            for change, moved in zip(readings, moves.T, strict=True)
         ]
         return cls(at=fit, readings=np.stack(refitted), u=moves, friction=changes.friction.T)
 
@@ -86,7 +89,7 @@ class Linearisation:
         return np.asarray(self.readings[self.at.task.number["eta"]])
 
     @cached_property
-    def told(self) -> FloatArray:
+    def height_information(self) -> FloatArray:
         """Inverse variance of the height of each tip, for a known set-up, shape (p,)."""
         sums = self.at.task.blocks.sums((self.by_height**2).sum(axis=1))
         return np.maximum(sums, LEAST_WEIGHT)
@@ -103,21 +106,25 @@ class Linearisation:
         """
         if not self.at.task.slope.deviation:
             return values
-        blocks, along = self.at.task.blocks, self.by_height
-        less = (1.0 / np.sqrt(1.0 + self.allowed * self.told) - 1.0) / self.told
+        blocks = self.at.task.blocks
+        along = self.by_height
+        less = (
+            1.0 / np.sqrt(1.0 + self.allowed * self.height_information) - 1.0
+        ) / self.height_information
         part = blocks.sums((along * values).sum(axis=1)) * less
         return np.asarray(values + along * part[blocks.period][:, None])
 
     @property
     def changes(self) -> FloatArray:
         """Derivatives of the readings by each parameter, `levelled`, shape (k, n, c)."""
-        return np.stack([self.levelled(one) for one in self.readings])
+        return np.stack([self.levelled(change) for change in self.readings])
 
     @cached_property
     def jacobian(self) -> FloatArray:
         """Jᵀ: derivatives of the m misses of fitted periods with respect to p/σ, shape (f, m)."""
-        free, sigma = self.at.task.free, self.at.task.sigma
-        each = [self.levelled(one)[self.at.rows].ravel() for one in self.readings[free]]
+        free = self.at.task.free
+        sigma = self.at.task.sigma
+        each = [self.levelled(change)[self.at.rows].ravel() for change in self.readings[free]]
         size = int(self.at.rows.sum()) * self.readings.shape[2]
         return -np.reshape(each, (len(each), size)) * sigma[free, None]
 
@@ -137,12 +144,15 @@ class Linearisation:
     def heights(self, fit: Fit) -> HeightsOfTips:
         """Estimate the height of the surface at each tip of a fit."""
         sums = self.at.task.blocks.sums((self.by_height * fit.residuals).sum(axis=1))
-        known = np.maximum(self.told, 1.0)
+        known = np.maximum(self.height_information, 1.0)
         return HeightsOfTips(height=sums / known, variance=1.0 / known)
 
     @cached_property
     def moves_of_heights(self) -> FloatArray:
         """Derivatives of the estimated heights with respect to each parameter, shape (p, k)."""
-        sums, along = self.at.task.blocks.sums, self.by_height
-        each = [sums((one * along).sum(axis=1)) for one in self.readings]
-        return np.asarray(-np.stack(each, axis=1) / np.maximum(self.told, 1.0)[:, None])
+        sums = self.at.task.blocks.sums
+        along = self.by_height
+        each = [sums((change * along).sum(axis=1)) for change in self.readings]
+        return np.asarray(
+            -np.stack(each, axis=1) / np.maximum(self.height_information, 1.0)[:, None]
+        )

@@ -118,20 +118,20 @@ def check_columns(task: Task, table: StateTable) -> None:
         If columns seem to be mixed up; the message names the likeliest mix-up.
     """
     rows = np.linspace(0, len(task.recording) - 1, SAMPLED).astype(int)
-    some = np.nan_to_num(task.recording.readings[rows])
+    sample = np.nan_to_num(task.recording.readings[rows])
 
     def misfits(mixed: FloatArray) -> FloatArray:
-        return table.nearest(some @ mixed.T).squares
+        return table.nearest(sample @ mixed.T).squares
 
-    given = float(np.median(misfits(np.eye(3))))
-    if given <= MISFIT:
+    unmixed = float(np.median(misfits(np.eye(3))))
+    if unmixed <= MISFIT:
         return
     mix_ups = dict(_mix_ups(task.used))
     least = {text: float(np.median(misfits(mixed))) for text, mixed in mix_ups.items()}
     text = min(least, key=lambda text: least[text])
-    size = (task.weighted(some @ mix_ups[text].T) ** 2).sum(axis=1)
+    size = (task.weighted(sample @ mix_ups[text].T) ** 2).sum(axis=1)
     # If the rod is the wrong one, no mix-up brings the readings near to its states.
-    if least[text] < min(given, float(np.median(size))) / MUCH:
+    if least[text] < min(unmixed, float(np.median(size))) / MUCH:
         raise MixedColumnsError(
             f"the columns or their units seem to be mixed up: {text}. Correct that by vibrissa "
             "import --column 'CHANNEL=TITLE [UNIT]'; a minus before the title turns the sign"
@@ -140,16 +140,15 @@ def check_columns(task: Task, table: StateTable) -> None:
 
 def _mix_ups(used: list[int]) -> Iterator[tuple[str, FloatArray]]:
     """Mix-ups of the used channels, each with the matrix that undoes it, (3, 3)."""
-    both = set(FORCES) <= set(used)
-    for swapped, signs in product((False, True)[: 1 + both], product((1.0, -1.0), repeat=3)):
-        other = [CHANNELS[i] for i in used if signs[i] < 0.0]
-        texts = ["force_x and force_y are swapped"] * swapped
-        texts += [f"the sign of {', '.join(other)} is wrong"] if other else []
-        if texts:
-            yield (
-                "; after swapping them, ".join(texts),
-                np.diag(signs) @ np.eye(3)[[1, 0, 2] if swapped else [0, 1, 2]],
-            )
+    orders = {"": np.eye(3)}
+    if set(FORCES) <= set(used):
+        orders["force_x and force_y are swapped"] = np.eye(3)[[1, 0, 2]]
+    for (swap, order), signs in product(orders.items(), product((1.0, -1.0), repeat=3)):
+        wrong = ", ".join(CHANNELS[i] for i in used if signs[i] < 0.0)
+        texts = [swap, f"the sign of {wrong} is wrong" if wrong else ""]
+        mix_up = "; after swapping them, ".join(filter(None, texts))
+        if mix_up:
+            yield mix_up, np.diag(signs) @ order
     for name, channels in (("force_x and force_y", FORCES), ("moment_z", [2])):
         for factor, size in ((THOUSAND, "small"), (1.0 / THOUSAND, "large")):
             each = np.ones(3)

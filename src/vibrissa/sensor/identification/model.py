@@ -29,10 +29,12 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
-# A sample is no state of the rod if its residual exceeds the part MOST_MISFIT of its readings, and
-# the noise. If more than the part MOST_OFF of the samples are no states, and the residuals exceed
-# TOLERATED standard deviations of what the tolerances allow, the recording is refused.
-MOST_MISFIT, MOST_OFF, TOLERATED = 0.1, 0.2, 4.0
+# A sample is no state of the rod if its residual exceeds this part of its readings, and the noise.
+MOST_MISFIT = 0.1
+# A recording is refused if more than this part of its samples are no states of the rod, and their
+# residuals exceed this many standard deviations of what the tolerances allow.
+MOST_OFF = 0.2
+TOLERATED = 4.0
 # Number of standard deviations by which a contact must move forward in a slip.
 CERTAIN = 6.0
 
@@ -52,13 +54,13 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
     _check_states(start, table)
     fitted = fit_set_up(start)
     goodness = Goodness.of(fitted)
-    free = [one for one in task.parameters if one.deviation > 0.0]
-    estimates = estimates_of(free, fitted.fit.p[task.free], fitted.covariance)
-    doubted = not (goodness.fits and fitted.settled) or any(one.far for one in estimates)
+    fitted_parameters = [task.parameters[k] for k in np.flatnonzero(task.free)]
+    estimates = estimates_of(fitted_parameters, fitted.fit.p[task.free], fitted.covariance)
+    doubted = not (goodness.fits and fitted.settled) or any(estimate.far for estimate in estimates)
     periods = read_periods(fitted)
     channels = tuple(CHANNELS[number] for number in task.used)
     residuals = fitted.fit.residuals
-    found = Identification(
+    identification = Identification(
         recording=task.recording,
         periods=periods.doubted(*_checks(fitted, periods)),
         units=task.units,
@@ -71,30 +73,32 @@ def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identificatio
         residuals=Residuals(clamp=task.blocks.clamp, values=residuals, channels=channels),
     )
     if not (goodness.fits or periods.coarse):
-        found = found.noted(*task.noisier())
-    return found.doubted(unfitted(found, fitted.settled)) if doubted else found
+        identification = identification.noted(*task.noisier())
+    if doubted:
+        return identification.doubted(unfitted(identification, fitted.settled))
+    return identification
 
 
 def _causes(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
     """Find likely causes of a misfit, a repeated error of the positions included."""
     repeated = None if fits else pitch_error_of(fitted)
-    found = (*causes_of(fitted, fits), *([] if repeated is None else [repeated]))
-    return tuple(sorted(found, key=lambda one: -one.explained)[:SOUGHT])
+    causes = (*causes_of(fitted, fits), *([] if repeated is None else [repeated]))
+    return tuple(sorted(causes, key=lambda cause: -cause.explained)[:SOUGHT])
 
 
-def unfitted(found: Identification, settled: bool = True) -> Check:
+def unfitted(identification: Identification, settled: bool = True) -> Check:
     """Return the reason to doubt all periods: the recording does not fit the given set-up."""
     if not settled:
         why = "the recording is too far from the given set-up to be fitted"
-    elif found.fits:
+    elif identification.fits:
         why = "a stated value is off by far more than its tolerance"
-    elif found.goodness is not None and found.goodness.only_uneven:
+    elif identification.goodness is not None and identification.goodness.only_uneven:
         why = "the surface is uneven: mu0 is the apparent friction, with the slopes in it"
     else:
         why = "the recording does not fit the set-up"
     # The summary has this sentence, too, with candidates or the size of the misfit.
-    summed = settled and (bool(found.causes) or not found.fits)
-    return Check(Grade.DOUBTFUL, np.full(len(found.periods), True), why, summed=summed)
+    summed = settled and (bool(identification.causes) or not identification.fits)
+    return Check(Grade.DOUBTFUL, np.full(len(identification.periods), True), why, summed=summed)
 
 
 def _check_states(fit: Fit, table: StateTable) -> None:
@@ -121,7 +125,8 @@ def _no_states(fit: Fit) -> BoolArray:
 
     If there are many, only those count that no rod within the tolerances explains, to first order.
     """
-    blocks, squares = fit.task.blocks, (fit.residuals**2).sum(axis=1)
+    blocks = fit.task.blocks
+    squares = (fit.residuals**2).sum(axis=1)
     size = (fit.task.weighted(blocks.readings) ** 2).sum(axis=1) * blocks.count
     off: BoolArray = squares > np.maximum(MISFIT * blocks.count, MOST_MISFIT**2 * size)
     if blocks.count[off].sum() <= MOST_OFF * blocks.count.sum():
@@ -156,7 +161,8 @@ def _checks(fitted: FittedSetUp, periods: Periods) -> list[Check]:
 
 def read_periods(fitted: FittedSetUp) -> Periods:
     """Estimate the friction of the periods from a fit."""
-    fit, line = fitted.fit, fitted.line
+    fit = fitted.fit
+    line = fitted.line
     sign = fit.task.ends.sign
     states, x0 = fit.model.onset(fit.u)
     slope = sign * states.demand_slope(np.clip(x0, states.x0_pull, states.x0_lock))[:, 1]
@@ -214,7 +220,8 @@ class _ByHeight(NamedTuple):
 
 def _by_height(fitted: FittedSetUp, effect: FloatArray) -> _ByHeight:
     """Estimate the change of μ0 due to the heights, where μ0 changes by `effect` per height."""
-    none, line = np.zeros(len(effect)), fitted.line
+    none = np.zeros(len(effect))
+    line = fitted.line
     if not (fitted.task.slope.deviation and fitted.settled):
         return _ByHeight(change=none, left=none, effects=none[:, None])
     height, variance = fitted.heights

@@ -154,23 +154,23 @@ class Periods(Batch):
     @property
     def doubts(self) -> tuple[str, ...]:
         """Reasons to doubt periods, with lines, except those that the summary states."""
-        said = [one for one in self.checks if one.periods.any() and not one.summed]
-        return tuple(f"{one.grade}: {one.sentence}{self._where(one)}" for one in said)
+        stated = [check for check in self.checks if check.periods.any() and not check.summed]
+        return tuple(f"{check.grade}: {check.sentence}{self._where(check)}" for check in stated)
 
     @property
     def coarse(self) -> list[str]:
         """Reasons why the samples are too coarse; empty if they are not."""
-        return [one.sentence for one in self.checks if one.coarse and one.periods.any()]
+        return [check.sentence for check in self.checks if check.coarse and check.periods.any()]
 
     def _where(self, check: Check) -> str:
         """Lines of the first periods that a check concerns; empty if it concerns all."""
         if check.periods.all():
             return ""
-        some = self.take(check.periods)
-        lines = zip(some.first_line[:NAMED], some.last_line[:NAMED], strict=True)
-        more = ", ..." if len(some) > NAMED else ""
+        doubted = self.take(check.periods)
+        lines = zip(doubted.first_line[:NAMED], doubted.last_line[:NAMED], strict=True)
+        more = ", ..." if len(doubted) > NAMED else ""
         shown = ", ".join(f"{first}-{last}" for first, last in lines)
-        return f": {len(some)} of {len(self)} periods, line {shown}{more}"
+        return f": {len(doubted)} of {len(self)} periods, line {shown}{more}"
 
     def __repr__(self) -> str:
         """Numbers of periods by status."""
@@ -180,15 +180,17 @@ class Periods(Batch):
     @cached_property
     def grade(self) -> StrArray:
         """`Grade` of the worst doubt of each period; empty where there is no doubt."""
-        found = np.full(len(self), "", dtype=f"U{max(map(len, Grade))}")
-        for one in sorted(self.checks, key=lambda one: list(Grade).index(one.grade)):
-            found[one.periods] = one.grade
-        return found
+        grades = np.full(len(self), "", dtype=f"U{max(map(len, Grade))}")
+        for check in sorted(self.checks, key=lambda check: list(Grade).index(check.grade)):
+            grades[check.periods] = check.grade
+        return grades
 
     @cached_property
     def doubt(self) -> StrArray:
         """Doubts of each period in words, separated by semicolons."""
-        each = ((one.sentence for one in self.checks if one.periods[i]) for i in range(len(self)))
+        each = (
+            (check.sentence for check in self.checks if check.periods[i]) for i in range(len(self))
+        )
         return np.array(["; ".join(doubts) for doubts in each], dtype=str)
 
     def doubted(self, *checks: Check) -> "Periods":
@@ -247,10 +249,13 @@ def periods_of(
     effects : ndarray, shape (p, k)
         Change of μ0 per unit of error, for each of k errors that all periods share.
     """
-    recording, spans = task.recording, task.spans
+    recording = task.recording
+    spans = task.spans
     growth = np.abs(along[:, 2] - along[:, 0])
-    by_step, normal = step_deviation(growth, 1.0), np.hypot(own, common)
-    mu0, width = along @ SIMPSON, half_width(0.5 * growth, normal)
+    by_step = step_deviation(growth, 1.0)
+    normal = np.hypot(own, common)
+    mu0 = along @ SIMPSON
+    width = half_width(0.5 * growth, normal)
     fx, fy = recording.readings[spans.begins][:, FORCES].T
     return Periods(
         status=np.full(len(spans), PeriodStatus.SLIP),
@@ -275,7 +280,8 @@ def periods_of(
 
 def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
     """Check the clamp's path and the number of samples."""
-    ends, usual = spans.ends, usual_step(clamp)
+    ends = spans.ends
+    usual = usual_step(clamp)
     gap = clamp[spans.after] - clamp[ends]
     lost = spans.cut | (np.abs(gap) > LOST * usual)
     came = clamp[ends] - clamp[np.maximum(ends - FEW, spans.begins)]

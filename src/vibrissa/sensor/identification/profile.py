@@ -14,7 +14,8 @@ from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Units
-from vibrissa.sensor.identification.derivatives import derivatives, moved, scale_of
+from vibrissa.sensor.identification.derivatives import moved, scale_of
+from vibrissa.sensor.identification.parameters import ScanRows
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.location import Located, located
 from vibrissa.sensor.whisker import Whisker
@@ -61,9 +62,11 @@ class ContactProfile(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """Columns by name, with units; they have one row for each sample."""
-        unit, length = self.units.unit(Kind.LENGTH), self.units.name(Kind.LENGTH)
+        unit = self.units.unit(Kind.LENGTH)
+        length = self.units.name(Kind.LENGTH)
         force, force_name = self.units.channels[0], self.units.name(Kind.FORCE)
-        found, both = self.located, "standard deviation by noise and tolerances"
+        found = self.located
+        both = "standard deviation by noise and tolerances"
         alone = "its part by noise, independent from sample to sample"
         return {
             "footpoint": Column(self.clamp * unit, length, "position of the clamp"),
@@ -87,7 +90,7 @@ class _Places(NamedTuple):
     height: FloatArray
 
 
-def profile_of(task: Task, given: Whisker) -> ContactProfile:
+def profile_of(task: Task, whisker: Whisker) -> ContactProfile:
     """Locate the contact point of each sample of a recording.
 
     Raises
@@ -101,25 +104,27 @@ def profile_of(task: Task, given: Whisker) -> ContactProfile:
             "above 0"
         )
     recording = task.recording
-    clamp, loads = recording.clamp, recording.readings
+    clamp = recording.clamp
+    loads = recording.readings
     nothing = dict.fromkeys(task.number, 0.0)
-    found = located(given, clamp, loads)
-    places = _places(found, given)
+    contact = located(whisker, clamp, loads)
+    places = _places(contact, whisker)
     step = STEP * np.abs(loads).max(axis=0)
     # Derivatives with respect to the loads, shape (3, 2, n).
     by_load = np.array(
         [
-            (np.array(_places(located(given, clamp, loads + one), given)) - places) / one.sum()
-            for one in np.diag(step)
+            (np.array(_places(located(whisker, clamp, loads + change), whisker)) - places)
+            / change.sum()
+            for change in np.diag(step)
         ]
     )
     noise = np.einsum("kcn,k->cn", by_load**2, task.noise**2)
     total = noise.copy()
-    for change in _changes(task, given, nothing, places, by_load):
+    for change in _changes(task, whisker, nothing, places, by_load):
         total += change**2
     return ContactProfile(
         clamp=clamp,
-        located=found,
+        located=contact,
         height=places.height,
         x_deviation=np.sqrt(total[0]),
         height_deviation=np.sqrt(total[1]),
@@ -130,28 +135,29 @@ def profile_of(task: Task, given: Whisker) -> ContactProfile:
     )
 
 
-def _places(found: Located, whisker: Whisker, length: float = 1.0) -> _Places:
+def _places(contact: Located, whisker: Whisker, length: float = 1.0) -> _Places:
     """Positions and heights of contact points of a rod that is `length` times the given one."""
-    return _Places(x=found.x * length, height=(whisker.eta - found.y) * length)
+    return _Places(x=contact.x * length, height=(whisker.eta - contact.y) * length)
 
 
 def _changes(
-    task: Task, given: Whisker, nothing: dict[str, float], places: _Places, by_load: FloatArray
+    task: Task, stated: Whisker, nothing: dict[str, float], places: _Places, by_load: FloatArray
 ) -> Iterator[FloatArray]:
     """Change of position and height by one standard deviation of each parameter, shape (2, n)."""
-    recording, part = task.recording, np.arange(len(task.recording))[:, None] / task.last
-    for one in task.parameters:
-        if not one.deviation:
+    recording = task.recording
+    rows = ScanRows.of(np.arange(len(recording)), len(recording))
+    for parameter in task.parameters:
+        if not parameter.deviation:
             continue
-        if one.effect is not None:
+        if parameter.effect is not None:
             # The loads are smaller by what the parameter adds to the readings.
-            wrong = one.effect(recording.readings, part, task.last)
-            yield -one.deviation * np.einsum("kcn,nk->cn", by_load, wrong)
+            wrong = parameter.effect(recording.readings, rows)
+            yield -parameter.deviation * np.einsum("kcn,nk->cn", by_load, wrong)
             continue
-        size = nothing | {one.name: one.step}
-        whisker, length = moved(given, size), 1.0 + size["length"]
+        size = nothing | {parameter.name: parameter.step}
+        whisker = moved(stated, size)
+        length = 1.0 + size["length"]
         loads = recording.readings * np.array([length**2, length**2, length])
-        found = located(whisker, scale_of(size) * recording.clamp, loads)
-        changed = {one.name: np.array(_places(found, whisker, length))}
-        by_parameter = derivatives(np.array(places), changed, {one.name: one.step})
-        yield one.deviation * by_parameter[one.name]
+        contact = located(whisker, scale_of(size) * recording.clamp, loads)
+        change = np.array(_places(contact, whisker, length)) - np.array(places)
+        yield parameter.deviation * (change / parameter.step)

@@ -92,7 +92,8 @@ def variance_between(values: FloatArray, variance: FloatArray) -> tuple[float, f
     variance : ndarray
         Variance of the error of each value.
     """
-    weight, degrees = 1.0 / variance, len(values) - 1
+    weight = 1.0 / variance
+    degrees = len(values) - 1
     mean = (weight * values).sum() / weight.sum()
     excess = (weight * (values - mean) ** 2).sum() - degrees
     free = weight.sum() - (weight**2).sum() / weight.sum()

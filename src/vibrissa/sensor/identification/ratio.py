@@ -7,7 +7,6 @@ variances of both values of μ0 (Hausman). The mean change over the periods is a
 The scatter of the changes beyond noise is an error of each period (DerSimonian and Laird).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -20,7 +19,7 @@ from vibrissa.errors import MixedColumnsError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, StrArray
 from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.goodness import estimates_of
-from vibrissa.sensor.identification.parameters import BEARING, Parameter
+from vibrissa.sensor.identification.parameters import BEARING, Parameter, ScanRows
 from vibrissa.sensor.identification.periods import Check, Grade, PeriodStatus, periods_of
 from vibrissa.sensor.identification.propagation import (
     HALF_WIDTH,
@@ -43,7 +42,7 @@ UNREAD = 0.1
 UNLIKELY = 1e-9
 # Least ratio of the smallest to the largest eigenvalue of a fit that is determined by its samples;
 # with evenly spaced samples it is 1e-3.
-LEAST_TOLD = 1e-12
+LEAST_DETERMINED = 1e-12
 # Largest distance of an extrapolation, in lengths of the window.
 MOST_BEYOND = 1e3
 # Part of a window that is rounding, not a distance.
@@ -151,7 +150,8 @@ def in_window(blocks: Blocks, ends: PeriodEnds) -> tuple[Blocks, FloatArray]:
     near = np.abs(way) <= np.abs(length)[blocks.period] * (1.0 + ROUNDING)
     # The last block always belongs to the window, even if the clamp turned.
     near[np.append(blocks.starts[1:], len(blocks)) - 1] = True
-    window, size = blocks.take(near), np.where(length == 0.0, 1.0, length)
+    window = blocks.take(near)
+    size = np.where(length == 0.0, 1.0, length)
     forward = np.column_stack([ends.sign, np.ones(len(ends))])
     return replace(
         window,
@@ -168,7 +168,7 @@ def fitted_forces(window: Blocks, noise: FloatArray, step: FloatArray, degree: i
     information = window.sums(basis[:, :, None] * basis[:, None, :])
     # Different positions do not suffice if they are close together, except for one far away.
     sizes = np.linalg.eigvalsh(information)
-    enough = (sizes[:, 0] > LEAST_TOLD * sizes[:, -1]) & np.isfinite(step[:, 1])
+    enough = (sizes[:, 0] > LEAST_DETERMINED * sizes[:, -1]) & np.isfinite(step[:, 1])
     information[~enough] = np.eye(degree + 1)
     covariance = np.asarray(np.linalg.inv(information), dtype=float)
     coefficients = covariance @ window.sums(basis[:, :, None] * values[:, None, :])
@@ -192,7 +192,8 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
     Polynomials of a degree n give a ratio. The mean change of the ratio from degree n to n + 1
     is added to it. The degree n with the least error of this sum is used.
     """
-    ends, position = task.ends, task.recording.position
+    ends = task.ends
+    position = task.recording.position
     gap = np.where(task.spans.cut, 0.0, ends.gap)
     window, length = in_window(task.blocks, ends)
     length = np.where(np.abs(gap) < MOST_BEYOND * np.abs(length), length, np.nan)
@@ -210,7 +211,7 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
     # have no more coefficients than half of the samples.
     half = int(np.median(np.bincount(window.period))) // 2
     tested = fits[chosen : max(half - 1, chosen + 1)]
-    likely = min(tested, key=lambda one: int((one.chance <= UNLIKELY).sum()))
+    likely = min(tested, key=lambda fit: int((fit.chance <= UNLIKELY).sum()))
     best = replace(corrected[chosen], chance=likely.chance)
     # The middle of the step in which the tip slips is the mean of two positions.
     way = np.where(gap != 0.0, np.abs(gap), np.inf)
@@ -220,11 +221,13 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
 
 def _corrected(low: Onsets, high: Onsets) -> Onsets:
     """Add to μ0 by `low` the mean change to μ0 by `high`, both in the middle of the step."""
-    change, variance = (high.along - low.along)[:, 1], high.own**2 - low.own**2
-    told = (variance > 0.0) & (high.chance > UNLIKELY)
-    if not told.any():
+    change = (high.along - low.along)[:, 1]
+    variance = high.own**2 - low.own**2
+    informative = (variance > 0.0) & (high.chance > UNLIKELY)
+    if not informative.any():
         return low
-    change, variance = change[told], variance[told]
+    change = change[informative]
+    variance = variance[informative]
     between, _ = variance_between(change, variance)
     weight = 1.0 / (variance + between)
     mean = float((weight * change).sum() / weight.sum())
@@ -242,15 +245,22 @@ def read_ratio(task: Task) -> Identification:
     """
     if not task.both_forces:
         raise RecordingError("the method ratio needs both forces, and a noise above 0 for each")
-    forces, noise = task.recording.readings[:, FORCES], task.noise[FORCES]
+    forces = task.recording.readings[:, FORCES]
+    noise = task.noise[FORCES]
     check_slips(task.recording, task.spans, task.noise)
     check_forces(forces, noise)
     onsets, own = read_onsets(task)
-    parameters = [one for one in task.parameters if one.of in BEARING and one.deviation > 0.0]
+    parameters = [
+        parameter
+        for parameter in task.parameters
+        if parameter.of in BEARING and parameter.deviation > 0.0
+    ]
     # The error due to the degree of the polynomials is common to all periods, too.
-    effects = _effects(task, onsets.along[:, 1], parameters)
-    effects = np.column_stack([effects, np.ones(len(effects))])
-    covariance = np.diag([*(one.deviation**2 for one in parameters), onsets.shared**2])
+    mu0 = onsets.along[:, 1]
+    effects = np.column_stack(
+        [*(_effect(task, mu0, parameter) for parameter in parameters), np.ones(len(mu0))]
+    )
+    covariance = np.diag([*(parameter.deviation**2 for parameter in parameters), onsets.shared**2])
     common = common_deviation(effects, covariance)
     periods = periods_of(task, onsets.along, own, common, effects)
     status, least = _statuses(onsets, task)
@@ -271,17 +281,15 @@ def read_ratio(task: Task) -> Identification:
     )
 
 
-def _effects(task: Task, mu0: FloatArray, parameters: Sequence[Parameter]) -> FloatArray:
-    """Change of the friction per unit of each parameter, shape (p, k): −(δfx − (fx/fy)·δfy)/fy."""
-    ends, last, sign = task.spans.ends, task.last, task.ends.sign
+def _effect(task: Task, mu0: FloatArray, parameter: Parameter) -> FloatArray:
+    """Change of the friction per unit of a parameter, shape (p,): −(δfx − (fx/fy)·δfy)/fy."""
+    ends = task.spans.ends
+    if parameter.effect is None:
+        return np.zeros(len(ends))
     # A moment that was not recorded is taken as 1, the full scale to which crosstalk refers.
     loads = np.nan_to_num(task.recording.readings[ends], nan=1.0)
-    found = np.zeros((len(ends), len(parameters)))
-    for column, one in zip(found.T, parameters, strict=True):
-        if one.effect is not None:
-            fx, fy, _ = one.effect(loads, ends[:, None] / last, last).T
-            column[:] = -(sign * fx - mu0 * fy) / loads[:, 1]
-    return np.nan_to_num(found)
+    fx, fy, _ = parameter.effect(loads, ScanRows.of(ends, len(task.recording))).T
+    return np.nan_to_num(-(task.ends.sign * fx - mu0 * fy) / loads[:, 1])
 
 
 def check_forces(forces: FloatArray, noise: FloatArray) -> None:
@@ -314,7 +322,8 @@ def _check_axes(forces: FloatArray, status: StrArray) -> None:
 
 def _statuses(onsets: Onsets, task: Task) -> tuple[StrArray, FloatArray]:
     """Status of each period, and a lower bound of its μ0."""
-    spans, noise = task.spans, task.noise[FORCES]
+    spans = task.spans
+    noise = task.noise[FORCES]
     ratio, deviation = onsets.ratio(PLACES)
     # Without enough samples for a polynomial, the last sample alone gives a ratio.
     fx, fy = task.recording.readings[spans.ends][:, FORCES].T

@@ -38,9 +38,9 @@ TURN = 6.0
 # A row belongs to the rows without load up to this many median deviations from their median.
 TOUCHES = 7.0
 
-
-# Numbers of the two forces, and of the moment.
-FORCES, MOMENT = [0, 1], 2
+# Numbers of the channels of the two forces, and of the moment.
+FORCES = [0, 1]
+MOMENT = 2
 # A channel that is missing or saturated in more than this part of the rows is not used if the
 # other channels suffice.
 MOST_MISSING = 0.1
@@ -156,15 +156,20 @@ def read_recording(
     """
     interval = _interval(table)
     clamp = _nondimensional(table, "footpoint", Kind.LENGTH, units)
-    readings = np.full((len(clamp), len(CHANNELS)), np.nan)
-    for channel, kind, column in zip(CHANNELS, CHANNEL_KINDS, readings.T, strict=True):
-        if channel in table.columns:
-            column[:] = _nondimensional(table, channel, kind, units)
-    saturated, (zeros, offsets) = np.zeros(readings.shape, dtype=bool), _zeros(table)
-    if transducer is not None:
+    absent = np.full(len(clamp), np.nan)
+    readings = np.column_stack(
+        [
+            _nondimensional(table, channel, kind, units) if channel in table.columns else absent
+            for channel, kind in zip(CHANNELS, CHANNEL_KINDS, strict=True)
+        ]
+    )
+    zeros, offsets = _zeros(table)
+    if transducer is None:
+        saturated = np.zeros(readings.shape, dtype=bool)
+    else:
         saturated = transducer.saturated(readings * units.channels + offsets)
     used, notes = _used(np.isnan(readings) | saturated, table, method)
-    readings[:, [i for i in range(len(CHANNELS)) if i not in used]] = np.nan
+    readings = np.where(np.isin(range(len(CHANNELS)), used), readings, np.nan)
     missing = np.isnan(clamp) | np.isnan(readings[:, used]).any(axis=1)
     at_limit = saturated[:, used].any(axis=1) & ~missing
     recording = Recording(
@@ -234,10 +239,12 @@ def suffices(channels: Sequence[int]) -> bool:
 
 def _scanned(recording: Recording, used: list[int]) -> Recording:
     """Leave out the rows before and after the scan, and note them."""
-    rows, loaded = np.arange(len(recording)), touching(recording.readings[:, used])
+    rows = np.arange(len(recording))
+    loaded = touching(recording.readings[:, used])
     air = recording.readings[slice(loaded.start) if loaded.start else slice(loaded.stop, None)]
     kept = rows[loaded][moving(recording.clamp[loaded])]
-    free, rest = np.delete(rows, loaded), np.setdiff1d(rows[loaded], kept)
+    free = np.delete(rows, loaded)
+    rest = np.setdiff1d(rows[loaded], kept)
     recording = recording.naming(free, "no load: nothing touches the surface")
     recording = recording.naming(rest, "the clamp rests before or after the scan").take(kept)
     if not len(air):
@@ -249,7 +256,8 @@ def _scanned(recording: Recording, used: list[int]) -> Recording:
     if not len(air):
         return recording
     middle = 0.5 * (loaded.start or loaded.stop + len(rows))
-    mean, way = tuple(air.mean(axis=0).tolist()), abs(middle - kept[0]) / len(kept)
+    mean = tuple(air.mean(axis=0).tolist())
+    way = abs(middle - kept[0]) / len(kept)
     return replace(recording, air=mean, air_rows=len(air), air_way=way)
 
 
@@ -258,10 +266,12 @@ def _zeros(table: series.Table) -> tuple[dict[str, str], FloatArray]:
 
     Return their errors, and their values in SI units.
     """
-    errors, values = {}, np.zeros(len(CHANNELS))
+    errors = {}
+    values = np.zeros(len(CHANNELS))
     for i, kind in enumerate(CHANNEL_KINDS):
         name = f"zero_{CHANNELS[i]}"
-        zero, what = Measured.read(table.header.get(name, "0")), f"{name} of {table.source}"
+        zero = Measured.read(table.header.get(name, "0"))
+        what = f"{name} of {table.source}"
         zero.check(kind, what)
         values[i] = SI_UNITS.read(zero.value, kind, what)
         if zero.tolerance is not None:
@@ -319,6 +329,6 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
     if not len(lines):
         return ()
     runs = np.split(lines, np.flatnonzero(np.diff(lines) > 1) + 1)
-    shown = [f"{one[0]}-{one[-1]}" if len(one) > 1 else f"{one[0]}" for one in runs[:LISTED]]
+    shown = [f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs[:LISTED]]
     more = ["..."] if len(runs) > LISTED else []
     return (f"{why} in {counted(len(lines), 'row')}, left out: line {', '.join(shown + more)}",)

@@ -23,8 +23,10 @@ from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
 from vibrissa.wording import counted
 
-# Numbers of standard deviations above which the means, and the frictions of one period, disagree.
-MEANS, ONE = 4.0, 6.0
+# Number of standard deviations above which the means disagree.
+MEANS = 4.0
+# The same for the frictions of one period.
+ONE = 6.0
 # Least number of periods whose means are compared.
 FEWEST = 3
 
@@ -161,8 +163,10 @@ class Identification(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """Columns of the table of friction, which has one row for each period."""
-        periods, unit = self.periods, self.units.unit(Kind.LENGTH)
-        length, none = self.units.name(Kind.LENGTH), np.full(len(periods), np.nan)
+        periods = self.periods
+        unit = self.units.unit(Kind.LENGTH)
+        length = self.units.name(Kind.LENGTH)
+        none = np.full(len(periods), np.nan)
         ratio, deviation = none, none
         if not self.by_model:
             ratio, deviation = periods.mu0, periods.deviation
@@ -190,25 +194,26 @@ class Identification(Tabular):
 
 def beside(model: Identification, ratio: Identification) -> Beside:
     """Compare the friction by the model with that by the ratio of the forces, period by period."""
-    one, other = model.periods, ratio.periods
-    known = (one.status == PeriodStatus.SLIP) & (other.status == PeriodStatus.SLIP)
-    known &= other.grade != Grade.WRONG
-    apart = one.mu0 - other.mu0
-    own = one.by_noise**2 + other.by_noise**2
+    by_model = model.periods
+    by_ratio = ratio.periods
+    known = (by_model.status == PeriodStatus.SLIP) & (by_ratio.status == PeriodStatus.SLIP)
+    known &= by_ratio.grade != Grade.WRONG
+    apart = by_model.mu0 - by_ratio.mu0
+    own = by_model.by_noise**2 + by_ratio.by_noise**2
     # Both methods have the same error of the onset within the step.
-    by_step = np.abs(one.by_step - other.by_step)
-    alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + other.common**2))
+    by_step = np.abs(by_model.by_step - by_ratio.by_step)
+    alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + by_ratio.common**2))
     difference = spread = np.nan
     # A single period that disagrees does not make all periods doubtful.
     kept = known & ~alone if 2 * alone.sum() < known.sum() else known
     if known.sum() >= FEWEST:
-        effect = other.effects[kept].mean(axis=0)[None]
+        effect = by_ratio.effects[kept].mean(axis=0)[None]
         variance = common_deviation(effect, ratio.covariance)[0] ** 2
         variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
         difference, spread = float(apart[kept].mean()), float(np.sqrt(variance))
     return Beside(
-        ratio=np.where(known, other.mu0, np.nan),
-        deviation=np.where(known, other.deviation, np.nan),
+        ratio=np.where(known, by_ratio.mu0, np.nan),
+        deviation=np.where(known, by_ratio.deviation, np.nan),
         off=alone | (abs(difference) > MEANS * spread),
         difference=difference,
         spread=spread,

@@ -17,10 +17,14 @@ from vibrissa.sensor.identification.fit import LEAST_WEIGHT, Fit
 from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.goodness import LEVEL, Cause
 
-# Least number of blocks of samples in a pitch, and of pitches in the scan.
-FINEST, FEWEST = 4.0, 4.0
-# Waves that are tried for each additional wave in the scan, and the largest number of them.
-FINER, MOST_TRIED = 4, 4000
+# Least number of blocks of samples in a pitch.
+FINEST = 4.0
+# Least number of pitches in the scan.
+FEWEST = 4.0
+# Waves that are tried for each additional wave in the scan.
+FINER = 4
+# Largest number of waves that are tried.
+MOST_TRIED = 4000
 # Least part of the misfit that the error must explain: slow waves explain a part of any misfit.
 EXPLAINS = 0.5
 
@@ -40,9 +44,9 @@ class PitchError(Cause):
     def spelled(self, units: Units) -> str:
         """Format the error in the user's units."""
         length = units.unit(Kind.LENGTH)
-        size, unit = units.told(self.size * length, Kind.LENGTH)
-        error, _ = units.told(self.deviation * length, Kind.LENGTH)
-        pitch, unit_of_pitch = units.told(self.pitch * length, Kind.LENGTH)
+        size, unit = units.displayed(self.size * length, Kind.LENGTH)
+        error, _ = units.displayed(self.deviation * length, Kind.LENGTH)
+        pitch, unit_of_pitch = units.displayed(self.pitch * length, Kind.LENGTH)
         return (
             f"positions of the clamp: an error of {size:.2g} ± {error:.1g} {unit} that repeats "
             f"every {pitch:.3g} {unit_of_pitch}, perhaps the pitch of a lead screw (explains "
@@ -70,9 +74,12 @@ NO_WAVE = _Wave(fall=0.0, size=0.0)
 
 def pitch_error_of(fitted: FittedSetUp) -> PitchError | None:
     """Find an error of the positions that repeats and explains most of the misfit, if any."""
-    fit, degrees = fitted.fit, fitted.degrees + fitted.unevenness.number
-    blocks, excess = fitted.task.blocks, fitted.misfit - degrees
-    way, steps = np.ptp(blocks.clamp), np.abs(np.diff(blocks.clamp))
+    fit = fitted.fit
+    degrees = fitted.degrees + fitted.unevenness.number
+    blocks = fitted.task.blocks
+    excess = fitted.misfit - degrees
+    way = np.ptp(blocks.clamp)
+    steps = np.abs(np.diff(blocks.clamp))
     if excess <= 0.0 or not steps.any():
         return None
     # Readings change along `slope` where positions are wrong.
@@ -84,16 +91,16 @@ def pitch_error_of(fitted: FittedSetUp) -> PitchError | None:
         return None
     waves = 2.0 * np.pi / way * np.linspace(FEWEST, most, number)
     best = float(waves[np.argmax([_alone(fit, weight, along, wave).fall for wave in waves])])
-    found = _with_set_up(fitted, weight, best)
+    wave = _with_set_up(fitted, weight, best)
     # Each wave has two coefficients: χ² of two degrees of freedom falls by more with exp(−fall/2).
-    if number * np.exp(-0.5 * found.fall) > LEVEL or found.fall < EXPLAINS * excess:
+    if number * np.exp(-0.5 * wave.fall) > LEVEL or wave.fall < EXPLAINS * excess:
         return None
-    left = max((fitted.misfit - found.fall) / max(degrees, 1), 1.0)
+    left = max((fitted.misfit - wave.fall) / max(degrees, 1), 1.0)
     return PitchError(
         parameter=fitted.task.parameters[fitted.task.number["stage_scale"]],
-        size=found.size,
-        deviation=found.size * np.sqrt(left / found.fall),
-        explained=min(found.fall / excess, 1.0),
+        size=wave.size,
+        deviation=wave.size * np.sqrt(left / wave.fall),
+        explained=min(wave.fall / excess, 1.0),
         pitch=2.0 * np.pi / best,
     )
 
@@ -104,10 +111,11 @@ def _waves(fit: Fit, weight: FloatArray, number: float) -> FloatArray:
     Their part that only shifts the contact point of a period is subtracted, as that point is
     fitted, too.
     """
-    blocks, phase = fit.task.blocks, number * fit.task.shown
+    blocks = fit.task.blocks
+    phase = number * fit.task.shown
     waves = np.stack([np.sin(phase), np.cos(phase)])
     whole = np.maximum(blocks.sums(weight), LEAST_WEIGHT)
-    means = np.stack([blocks.sums(weight * one) / whole for one in waves])
+    means = np.stack([blocks.sums(weight * wave) / whole for wave in waves])
     return np.asarray(waves - means[:, blocks.period])
 
 
@@ -119,10 +127,11 @@ def _alone(fit: Fit, weight: FloatArray, along: FloatArray, number: float) -> _W
 
 def _with_set_up(fitted: FittedSetUp, weight: FloatArray, number: float) -> _Wave:
     """Fit an error with this wave number (1/L) together with the set-up, to first order."""
-    fit, line = fitted.fit, fitted.line
+    fit = fitted.fit
+    line = fitted.line
     waves = _waves(fit, weight, number)
-    moved = [line.levelled(fit.slope * one[:, None]) for one in waves]
-    changes = np.stack([one[fit.rows].ravel() for one in moved])
+    moved = [line.levelled(fit.slope * wave[:, None]) for wave in waves]
+    changes = np.stack([change[fit.rows].ravel() for change in moved])
     square = changes @ changes.T
     if fitted.adjusted:
         shared = line.jacobian @ changes.T

@@ -20,9 +20,13 @@ from vibrissa.sensor.identification.linearisation import Linearisation
 
 # Number of Gauss-Newton steps by which u is fitted, from its first-order change.
 CONTACT_STEPS = 2
-# Relative fall of the sum at which the fit ends; largest numbers of steps, and of halvings of one.
-SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
-# Change of χ² that tells nothing: readings without noise fit to rounding.
+# Relative fall of the sum at which the fit ends.
+SETTLED = 1e-5
+# Largest number of steps.
+MOST_STEPS = 20
+# Number of lengths that are tried for a step, each half of the one before.
+HALVINGS = 6
+# Change of χ² that is rounding: readings without noise fit as well as that.
 NOTHING = 1e-10
 # If less than this part of the periods does not fit, these are left out of the fit.
 MOST_ALONE = 0.5
@@ -37,20 +41,23 @@ def fit_set_up(start: Fit) -> FittedSetUp:
         If a rod near to the given one has no response.
     """
     line = Linearisation.of(start)
-    found = _searched(line)
-    alone = ~found.fits_alone
+    fitted = _searched(line)
+    alone = ~fitted.fits_alone
     if not alone.any() or alone.mean() >= MOST_ALONE:
-        return found
+        return fitted
     return _searched(line.keeping(~alone))
 
 
 def _searched(start: Linearisation) -> FittedSetUp:
     """Fit the set-up; return the given set-up if the steps do not settle."""
-    best, line, fresh = start.at, start, True
+    best = start.at
+    line = start
+    fresh = True
     if not best.task.free.any():
         return FittedSetUp(fit=best, line=line, settled=True)
     for _ in range(MOST_STEPS):
-        before, better = line.total(best), _better(best, line)
+        before = line.total(best)
+        better = _better(best, line)
         small = better is None or before - line.total(better) < SETTLED * before + NOTHING
         if better is not None:
             best = better
@@ -76,9 +83,11 @@ def _better(fit: Fit, line: Linearisation) -> Fit | None:
     low, high = _bounds(fit)
     root = np.linalg.cholesky(line.normal).T
     slope = line.jacobian @ line.misses(fit)[fit.rows].ravel() + fit.scores
-    aim, within = -np.linalg.solve(root.T, slope), (low - fit.scores, high - fit.scores)
+    aim = -np.linalg.solve(root.T, slope)
+    within = (low - fit.scores, high - fit.scores)
     step = lsq_linear(root, aim, within, method="bvls").x
-    free, sigma = fit.task.free, fit.task.sigma
+    free = fit.task.free
+    sigma = fit.task.sigma
     most = line.total(fit) * (1.0 + SETTLED) + NOTHING
     for part in 0.5 ** np.arange(HALVINGS):
         p = fit.p.copy()
@@ -96,10 +105,11 @@ def _better(fit: Fit, line: Linearisation) -> Fit | None:
 
 def _bounds(fit: Fit) -> FloatArray:
     """Least and largest allowed p/σ, shape (2, f)."""
-    low, high = np.array([(one.low, one.high) for one in fit.task.parameters]).T
+    low, high = np.array([(parameter.low, parameter.high) for parameter in fit.task.parameters]).T
     if fit.model.heights.x0_touch <= fit.u.max():
         # A rod that is curved towards the surface arches over it before its tip is level.
-        curvature, given = fit.task.number["curvature"], fit.model.given.mounting.coefficients[0]
+        curvature = fit.task.number["curvature"]
+        given = fit.model.given.mounting.coefficients[0]
         high[curvature] = min(high[curvature], max(0.0, -given))
     free = fit.task.free
     return np.asarray(np.stack([low, high])[:, free] / fit.task.sigma[free])

@@ -26,23 +26,27 @@ STEP_FALL = 5.0
 FALLING = np.array([1.0, np.nan, -1.0])
 # Distance of a spike from the mean of its neighbours, in standard deviations.
 SPIKE = 8.0
-# Length of a step, in usual steps, above which it is long, and above which samples were lost.
-LONG, LOST = 1.5, 10.0
+# Length of a step, in usual steps, above which it is long.
+LONG = 1.5
+# Length of a step, in usual steps, above which samples were lost.
+LOST = 10.0
 # If the tip sticks over a long step, the load rises by more than this part of the usual rise over
 # such a distance; if the tip slips, it rises by less.
 STICKS_ON = 0.5
 # After a slip fx has its old sign, or the other sign with a small value. If fx has the other sign
 # and more than the part TURNED of its size, and fy the part PRESSED, the rod has buckled laterally.
-TURNED, PRESSED = 0.7, 0.85
+TURNED = 0.7
+PRESSED = 0.85
 # Part of a step that is rounding, not noise of the positions.
 EVEN = 1e-3
 # Largest number of rows between two periods that may belong to a single slip.
 MOST_BETWEEN = 10
 # Least rise of the load, in standard deviations, by which a channel is weighted.
 LEAST_RISE = 1e-9
-# Least part of the samples in which the load falls if the tip slips too often. Largest median
-# deviation within slips and within rises, as a part of the distance between both.
-TEETH, DISTINCT = 0.25, 0.15
+# Least part of the samples in which the load falls if the tip slips too often.
+TEETH = 0.25
+# Largest median deviation within slips and within rises, as a part of the distance between both.
+DISTINCT = 0.15
 # Difference of a step from the usual step, in standard deviations of a position, that is not noise.
 ANOTHER = 6.0
 
@@ -89,7 +93,7 @@ class Spans(Batch):
             for last, first in zip(self.ends, self.begins[1:], strict=False)
         ]
         usual = max(np.median(self.counts), MOST_BETWEEN)
-        return np.concatenate([np.arange(0), *(one for one in rows if len(one) > usual)])
+        return np.concatenate([np.arange(0), *(gap for gap in rows if len(gap) > usual)])
 
     @property
     def counts(self) -> IntArray:
@@ -191,7 +195,8 @@ def _spans(recording: Recording, falls: FloatArray) -> Spans:
     """
     begins, ends = _slips(falls)
     clamp = recording.smooth
-    steps, usual = np.abs(np.diff(clamp)), usual_step(clamp)
+    steps = np.abs(np.diff(clamp))
+    usual = usual_step(clamp)
     moves = steps > 0.0
     rise = np.median(-falls[moves] / steps[moves]) * steps if moves.any() else steps
     short = rise + falls > np.maximum(FALL, STICKS_ON * rise)
@@ -203,7 +208,7 @@ def _spans(recording: Recording, falls: FloatArray) -> Spans:
     # A new pass: one step as long as many usual steps, against the motion before and after it.
     way = np.append(recording.direction, 0.0)
     turned = (way[ends] * way[np.maximum(ends - 1, 0)] < 0.0) & (way[ends] * way[after] < 0.0)
-    found = Spans(
+    spans = Spans(
         begins=np.sort(np.append(begins, last + 1)),
         ends=ends,
         after=after,
@@ -211,8 +216,8 @@ def _spans(recording: Recording, falls: FloatArray) -> Spans:
         passes=turned & (np.append(steps, 0.0)[ends] > LOST * usual),
         swung=np.zeros(len(ends), dtype=bool),
     )
-    several = found.ends > found.begins
-    return found.take(several) if several.any() else found
+    several = spans.ends > spans.begins
+    return spans.take(several) if several.any() else spans
 
 
 def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
@@ -223,7 +228,8 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     RecordingError
         If the load rises suddenly in slips, instead of falling, or there is no period.
     """
-    readings, clamp = recording.readings / noise, recording.smooth
+    readings = recording.readings / noise
+    clamp = recording.smooth
     load = readings[:, 0] if np.isfinite(noise[FORCES]).all() else -readings[:, MOMENT]
     falls = np.diff(load) * recording.direction
     frequent = not recording.position and _saw_teeth(falls)
@@ -257,12 +263,10 @@ def _saw_teeth(falls: FloatArray) -> bool:
     slips, rises = falls[falls > 0.0], falls[falls < 0.0]
     if not min(len(slips), len(rises)) or len(slips) < TEETH * len(falls):
         return False
-    kinds = [(np.median(one), np.median(np.abs(one - np.median(one)))) for one in (slips, rises)]
-    (slip, of_slips), (rise, of_rises) = kinds
+    slip, rise = np.median(slips), np.median(rises)
+    spreads = [np.median(np.abs(slips - slip)), np.median(np.abs(rises - rise))]
     # Noise below the resolution has few values, too: most of them are equal.
-    return bool(LEAST_RISE < min(of_slips, of_rises)) and bool(
-        max(of_slips, of_rises) < DISTINCT * (slip - rise)
-    )
+    return bool(LEAST_RISE < min(spreads) and max(spreads) < DISTINCT * (slip - rise))
 
 
 def usual_step(clamp: FloatArray) -> float:
@@ -305,14 +309,17 @@ def before_swing(recording: Recording, spans: Spans, noise: FloatArray) -> tuple
     )
     recording = recording.noted(note).take(slice(end))
     spans = spans.take(slice(kept))
-    after, swung = np.minimum(spans.after, end - 1), np.arange(kept) == kept - 1
+    after = np.minimum(spans.after, end - 1)
+    swung = np.arange(kept) == kept - 1
     return recording, replace(spans, after=after, swung=swung)
 
 
 def ends_of(recording: Recording, spans: Spans) -> PeriodEnds:
     """Find the position, travel and direction of the clamp at the end of each period."""
-    clamp, position = recording.clamp, recording.position
-    last, unseen = clamp[spans.ends], spans.cut | spans.passes
+    clamp = recording.clamp
+    position = recording.position
+    last = clamp[spans.ends]
+    unseen = spans.cut | spans.passes
     gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)
     step = np.minimum(spans.ends - unseen, len(clamp) - 2)
     sign = recording.direction[np.maximum(step, 0)]
@@ -367,13 +374,17 @@ def load_of(recording: Recording, noise: FloatArray) -> FloatArray:
     This load has the sign of force_x, unlike the load in the description of this module. It
     decreases while a clamp that moves forward bends the rod.
     """
-    readings, way = recording.readings / noise, recording.direction
-    both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])
-    # The moment shows the load with the other sign, and mostly with less noise.
-    loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
+    readings = recording.readings / noise
+    way = recording.direction
+    loads: list[FloatArray] = []
+    if np.isfinite(noise[FORCES]).all():
+        loads.append(readings[:, 0])
+    if np.isfinite(noise[MOMENT]):
+        # The moment shows the load with the other sign, and mostly with less noise.
+        loads.append(-readings[:, MOMENT])
     # The weight of each channel is its rise relative to its noise.
-    changes = [-np.diff(one) * way for one in loads]
-    rises = np.maximum([_usual(one) for one in changes], LEAST_RISE)
+    changes = [-np.diff(load) * way for load in loads]
+    rises = np.maximum([_usual(change) for change in changes], LEAST_RISE)
     return np.asarray(rises @ loads / np.linalg.norm(rises))
 
 

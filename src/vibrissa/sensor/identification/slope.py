@@ -51,7 +51,8 @@ class Slope:
         place : ndarray, shape (p,)
             Position of the clamp at the end of each period (L).
         """
-        part, total = weights * self.errors(mu0), 0.0
+        part = weights * self.errors(mu0)
+        total = 0.0
         for start in range(0, len(part), BLOCK):
             here = slice(start, start + BLOCK)
             apart = (place[here, None] - place) / self.length
@@ -64,7 +65,8 @@ class Slope:
         The height at the first place is uncertain, too: it has the variance of the rise between
         the two places that are farthest apart.
         """
-        at, whole = self.rise(place - place[0]), self.rise(np.ptp(place))
+        at = self.rise(place - place[0])
+        whole = self.rise(np.ptp(place))
         apart = self.rise(place[:, None] - place)
         return np.asarray(0.5 * (at[:, None] + at - apart) + whole)
 

@@ -42,8 +42,10 @@ MOST_WRONG = 0.5
 HELPS = 0.95
 # Largest number of such quantities that are named.
 NAMED = 3
-# Part of a variance that is rounding of a difference, and least variance.
-ROUNDING, LEAST = 1e-12, 1e-200
+# Part of a variance that is rounding of a difference.
+ROUNDING = 1e-12
+# Least variance.
+LEAST = 1e-200
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -164,7 +166,8 @@ class FrictionSummary:
             yield f"measure first: {', '.join(first)}"
 
     def _fit(self) -> Iterator[str]:
-        fit, causes = self.found.goodness, self.found.causes
+        fit = self.found.goodness
+        causes = self.found.causes
         if fit is None or (fit.fits and not causes):
             return
         if fit.fits:
@@ -177,7 +180,7 @@ class FrictionSummary:
             if fit.chance >= LEVEL:
                 size = "the surface rises and falls by more than surface_slope allows"
             yield f"The recording does not fit the set-up ({size}). {each}"
-        yield from (f"  {one.spelled(self.found.units)}" for one in causes)
+        yield from (f"  {cause.spelled(self.found.units)}" for cause in causes)
 
 
 def used_in_mean(periods: Periods) -> BoolArray:
@@ -185,19 +188,22 @@ def used_in_mean(periods: Periods) -> BoolArray:
 
     If most periods with a slip are graded wrong, all of them are in the mean.
     """
-    wrong, slips = periods.grade == Grade.WRONG, periods.status == PeriodStatus.SLIP
+    wrong = periods.grade == Grade.WRONG
+    slips = periods.status == PeriodStatus.SLIP
     most = wrong[slips].sum() > MOST_WRONG * slips.sum()
     return np.asarray(slips if most else slips & ~wrong)
 
 
-def summary_of(found: "Identification") -> FrictionSummary:
+def summary_of(identification: "Identification") -> FrictionSummary:
     """Summarise the friction of the periods of an identification."""
-    periods, wrong = found.periods, found.periods.grade == Grade.WRONG
-    slips, used = periods.status == PeriodStatus.SLIP, used_in_mean(periods)
+    periods = identification.periods
+    wrong = identification.periods.grade == Grade.WRONG
+    slips = periods.status == PeriodStatus.SLIP
+    used = used_in_mean(periods)
     others = periods.status[~slips].tolist() + periods.grade[slips & ~used].tolist()
     bounds = periods.low[np.isfinite(periods.low) & ~wrong]
     known = FrictionSummary(
-        found=found,
+        found=identification,
         used=int(used.sum()),
         least=float(bounds.max()) if len(bounds) else np.nan,
         left={why: others.count(why) for why in sorted(set(others))},
@@ -207,44 +213,47 @@ def summary_of(found: "Identification") -> FrictionSummary:
     return _with_mean(known, periods.take(used)) if used.any() else known
 
 
-def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
+def _with_mean(known: FrictionSummary, used: Periods) -> FrictionSummary:
     """Add the mean of the used periods and its uncertainty to a summary."""
-    slope, covariance = known.found.slope, known.found.covariance
-    noise, step = some.by_noise**2, some.by_step**2
+    slope = known.found.slope
+    covariance = known.found.covariance
+    noise = used.by_noise**2
+    step = used.by_step**2
     # A period without any error would have all the weight.
-    floor = np.maximum(ROUNDING * some.deviation**2, LEAST)
-    between, error = variance_between(some.mu0, np.maximum(noise, floor))
-    rises = np.clip(np.nan_to_num(np.median(1.0 - some.start / some.mu0), nan=1.0), 0.0, 1.0)
+    floor = np.maximum(ROUNDING * used.deviation**2, LEAST)
+    between, error = variance_between(used.mu0, np.maximum(noise, floor))
+    rises = np.clip(np.nan_to_num(np.median(1.0 - used.start / used.mu0), nan=1.0), 0.0, 1.0)
     same_step = np.maximum(step - rises**2 * max(0.0, between - 2.0 * error), 0.0)
     weights = 1.0 / np.maximum(noise + between + same_step, floor)
     weights /= weights.sum()
-    effect = weights @ some.effects
+    effect = weights @ used.effects
     common = np.hypot(weights @ np.sqrt(same_step), common_deviation(effect[None], covariance)[0])
     # Errors due to the slope of the surface are correlated in neighbouring periods.
-    by_slope = slope.variance_of_mean(weights, some.mu0, some.footpoint)
-    more = by_slope - weights**2 @ slope.errors(some.mu0) ** 2
+    by_slope = slope.variance_of_mean(weights, used.mu0, used.footpoint)
+    more = by_slope - weights**2 @ slope.errors(used.mu0) ** 2
     random = np.sqrt(weights**2 @ (noise + step - same_step) + more)
     variance = float(random**2 + common**2)
     gained = _gained(effect, known.found) | ({SLOPE: by_slope} if slope.deviation else {})
     exact = {name: float(np.sqrt(max(0.0, variance - less))) for name, less in gained.items()}
     return replace(
         known,
-        mean=float(weights @ some.mu0),
+        mean=float(weights @ used.mu0),
         random=float(random),
         common=float(common),
-        variation=_variation(some.mu0, np.maximum(noise + step, LEAST)),
+        variation=_variation(used.mu0, np.maximum(noise + step, LEAST)),
         if_exact=dict(sorted(exact.items(), key=lambda item: item[1])),
     )
 
 
-def _gained(effect: FloatArray, found: "Identification") -> dict[str, float]:
+def _gained(effect: FloatArray, identification: "Identification") -> dict[str, float]:
     """Return by how much the variance of the mean would fall if each quantity alone were exact."""
-    names, gained = [one.parameter.of for one in found.estimates], {}
-    along = found.covariance @ effect
+    names = [estimate.parameter.of for estimate in identification.estimates]
+    gained = {}
+    along = identification.covariance @ effect
     for name in dict.fromkeys(names):
-        rows = np.flatnonzero([one == name for one in names])
+        rows = np.flatnonzero([other == name for other in names])
         # The covariance is singular if one part is exact, or follows from the others.
-        inverse = np.linalg.pinv(found.covariance[np.ix_(rows, rows)], hermitian=True)
+        inverse = np.linalg.pinv(identification.covariance[np.ix_(rows, rows)], hermitian=True)
         gained[name] = float(along[rows] @ inverse @ along[rows])
     return gained
 

@@ -12,7 +12,13 @@ from vibrissa.quantities.units import CHANNEL_KINDS, Kind, Units
 from vibrissa.sensor.identification.blocks import Blocks, condensed
 from vibrissa.sensor.identification.holds import rounding
 from vibrissa.sensor.identification.noise import noise_of
-from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
+from vibrissa.sensor.identification.parameters import (
+    BEARING,
+    SLOPE,
+    Parameter,
+    ScanRows,
+    parameters_of,
+)
 from vibrissa.sensor.identification.recording import FORCES, Recording
 from vibrissa.sensor.identification.slips import PeriodEnds, Spans, ends_of, find_slips
 from vibrissa.sensor.identification.slope import Slope
@@ -21,14 +27,17 @@ from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.sensor.whisker import Whisker
 
-# Least noise that is not 0, in units of the rod; least noise of a fit, to which smaller noise is
-# raised, as rounding would spoil the fit.
-LEAST_NOISE, LEAST_FITTED = 1e-50, 5e-8
+# Least noise that is not 0, in units of the rod.
+LEAST_NOISE = 1e-50
+# Least noise of a fit, to which smaller noise is raised, as rounding would spoil the fit.
+LEAST_FITTED = 5e-8
 # Readings of a recording that does not fit are noisier than stated if their scatter exceeds the
 # stated noise by this factor: chi2 is then 1.4 by the noise alone.
 NOISIER = 1.2
-# Correlation length of the slope of the surface: in m, and in L for a rod without a size.
-SLOPE_LENGTH, OWN_SLOPE_LENGTH = 5e-3, 0.05
+# Correlation length of the slope of the surface (m).
+SLOPE_LENGTH = 5e-3
+# The same for a rod without a size (L).
+OWN_SLOPE_LENGTH = 0.05
 ZEROS = tuple(f"zero_{name}" for name in CHANNELS)
 
 
@@ -66,7 +75,7 @@ class Task:
     @cached_property
     def number(self) -> dict[str, int]:
         """Index of each parameter in `parameters`, by its name."""
-        return {one.name: k for k, one in enumerate(self.parameters)}
+        return {parameter.name: k for k, parameter in enumerate(self.parameters)}
 
     def sizes_of(self, p: FloatArray) -> dict[str, float]:
         """Return the values `p`, which are in the order of `parameters`, by parameter name."""
@@ -75,7 +84,7 @@ class Task:
     @cached_property
     def sigma(self) -> FloatArray:
         """Tolerances of the k parameters, shape (k,); 0 if exact."""
-        return np.array([one.deviation for one in self.parameters])
+        return np.array([parameter.deviation for parameter in self.parameters])
 
     @cached_property
     def free(self) -> BoolArray:
@@ -99,22 +108,20 @@ class Task:
     @property
     def untared(self) -> bool:
         """Whether the zeros of the forces are unknown."""
-        zeros = [one for one in self.parameters if one.of in ZEROS[:2] and one.deviation > 0.0]
-        return not (self.recording.air_rows or all(one.stated for one in zeros))
+        unstated = [
+            parameter.of in ZEROS[:2] and parameter.deviation > 0.0 and not parameter.stated
+            for parameter in self.parameters
+        ]
+        return any(unstated) and not self.recording.air_rows
 
     def noisier(self) -> Iterator[str]:
         """Write a note on each channel whose readings scatter more than its stated noise allows."""
         scatter = noise_of(self.recording.readings, self.recording.clamp)
         for i in np.flatnonzero(scatter > NOISIER * self.noise):
             more, stated = (
-                self.units.spelled(one[i], CHANNEL_KINDS[i], 2) for one in (scatter, self.noise)
+                self.units.spelled(noise[i], CHANNEL_KINDS[i], 2) for noise in (scatter, self.noise)
             )
             yield f"{CHANNELS[i]} scatters from reading to reading by {more}; stated is {stated}"
-
-    @property
-    def last(self) -> int:
-        """Index of the last row of the recording; at least 1, so that it can be a divisor."""
-        return max(len(self.recording) - 1, 1)
 
     @cached_property
     def ends(self) -> PeriodEnds:
@@ -135,12 +142,9 @@ class Task:
         return self.blocks.clamp - self.recording.lag[self.blocks.row.astype(int)]
 
     @property
-    def rows(self) -> tuple[FloatArray, int]:
-        """Place of each of n blocks in the recording, and the index of the last row.
-
-        The places, shape (n, 1), go from 0 in the first row to 1 in the last row.
-        """
-        return self.blocks.row[:, None] / self.last, self.last
+    def rows(self) -> ScanRows:
+        """Mean rows of n blocks."""
+        return ScanRows.of(self.blocks.row, len(self.recording))
 
 
 def task_of(
@@ -168,18 +172,21 @@ def task_of(
     RecordingError
         If the readings have no measurable noise.
     """
-    given = _noise(setup, transducer, units)
-    scatter = noise_of(recording.readings, recording.clamp) if given is None else given
+    stated_noise = _noise(setup, transducer, units)
+    scatter = (
+        noise_of(recording.readings, recording.clamp) if stated_noise is None else stated_noise
+    )
     # A reading is at least as uncertain as its resolution.
-    rounded, lasts = np.array([rounding(one) for one in recording.readings.T]).T
-    if given is not None:
+    rounded, lasts = np.array([rounding(channel) for channel in recording.readings.T]).T
+    if stated_noise is not None:
         # A channel whose stated noise is 0 is not used.
-        rounded = np.where(given > 0.0, rounded, 0.0)
+        rounded = np.where(stated_noise > 0.0, rounded, 0.0)
     known = _measurable(np.maximum(scatter, rounded), recording)
     recording = recording.noted(*_coarse(rounded > scatter, rounded, units))
     assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
-        read, known = whisker.tolerances, np.maximum(known, LEAST_FITTED)
+        read = whisker.tolerances
+        known = np.maximum(known, LEAST_FITTED)
     else:
         read = read_tolerances(units, setup.tolerances)
         if needless := [name for name in read if name not in (*BEARING, SLOPE)]:
@@ -189,16 +196,17 @@ def task_of(
             )
     stated = {**read_tolerances(units, recording.zeros, whisker), **read}
     recording, zeros = _tared(recording, known, {**assumed, **stated}, stated)
-    sizes, stated = {**assumed, **stated, **zeros}, {**stated, **zeros}
-    found = find_slips(recording, known)
-    full_scale = _full_scale(found.recording, transducer, units)
+    sizes = {**assumed, **stated, **zeros}
+    stated = {**stated, **zeros}
+    in_periods = find_slips(recording, known)
+    full_scale = _full_scale(in_periods.recording, transducer, units)
     return Task(
-        recording=found.recording,
-        spans=found.spans,
-        row=found.row,
+        recording=in_periods.recording,
+        spans=in_periods.spans,
+        row=in_periods.row,
         # Successive readings that are rounded alike have the same error: their mean is no better.
         noise=np.hypot(known, rounded * np.sqrt(lasts - 1.0)),
-        noise_is_given=given is not None,
+        noise_is_given=stated_noise is not None,
         parameters=parameters_of(sizes, frozenset(stated), full_scale, whisker),
         slope=Slope(deviation=sizes.get(SLOPE, 0.0), length=slope_length(units)),
         units=units,

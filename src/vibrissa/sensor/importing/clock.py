@@ -69,8 +69,8 @@ def since_first(cells: "Series[str]", name: str, missing: BoolArray) -> FloatArr
     RecordingError
         If a cell is no time of a clock, or it is not certain which part of the dates is the month.
     """
-    found = {line: CLOCK.fullmatch(str(cell).strip()) for line, cell in cells[~missing].items()}
-    wrong = [line for line, parts in found.items() if parts is None]
+    times = {line: CLOCK.fullmatch(str(cell).strip()) for line, cell in cells[~missing].items()}
+    wrong = [line for line, parts in times.items() if parts is None]
     if wrong:
         raise RecordingError(
             listed(
@@ -79,9 +79,9 @@ def since_first(cells: "Series[str]", name: str, missing: BoolArray) -> FloatArr
                 for line in wrong
             )
         )
-    parts = [one for one in found.values() if one is not None]
-    seconds = np.array([_of_day(*one.group(2, 3, 4, 5)) for one in parts])
-    dates = [one[1] or "" for one in parts]
+    parts = [time for time in times.values() if time is not None]
+    seconds = np.array([_of_day(*time.group(2, 3, 4, 5)) for time in parts])
+    dates = [time[1] or "" for time in parts]
     # Without dates, midnight is where the clock goes back by more than half a day.
     midnights = np.cumsum(np.diff(seconds, prepend=seconds[:1]) < -0.5 * DAY)
     days = _days(dates, name) if all(dates) else midnights
@@ -100,7 +100,7 @@ def _days(dates: list[str], name: str) -> FloatArray:
     """Days since the first date."""
     distinct = list(dict.fromkeys(dates))
     read = {order: _ordinals(distinct, places) for order, places in ORDERS.items()}
-    if any("/" not in one for one in distinct):
+    if any("/" not in text for text in distinct):
         del read["month/day"]
     known = [days for days in read.values() if days is not None]
     if not known:
@@ -111,13 +111,13 @@ def _days(dates: list[str], name: str) -> FloatArray:
             "write them as 2026-03-12"
         )
     of = dict(zip(distinct, known[0], strict=True))
-    return np.array([of[one] for one in dates], dtype=float)
+    return np.array([of[text] for text in dates], dtype=float)
 
 
 def _ordinals(dates: list[str], places: tuple[int, int, int]) -> list[int] | None:
     """Days since the first date; None if these are no dates in this order of their parts."""
     try:
-        days = [_ordinal(one, places) for one in dates]
+        days = [_ordinal(text, places) for text in dates]
     except ValueError:
         return None
     return [day - days[0] for day in days]

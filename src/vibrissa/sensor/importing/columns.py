@@ -66,6 +66,11 @@ class FileColumn(NamedTuple):
     beside: int | None = None
 
     @property
+    def in_parts(self) -> bool:
+        """Whether the cells are times of a clock, or need the column beside them."""
+        return self.clock or self.beside is not None
+
+    @property
     def note(self) -> str:
         """How the column is read, as in ``minus Fz in mN``."""
         sign = "minus " if self.factor < 0.0 else ""
@@ -175,11 +180,12 @@ def find_column(layout: "Layout", target: str, source: str) -> FileColumn | None
     number = _number_of(layout, target, source, stated)
     if number is None:
         return None
-    title, sign = layout.titles[number], -stated.factor if stated.minus else stated.factor
+    title = layout.titles[number]
+    sign = -stated.factor if stated.minus else stated.factor
     if stated.per:
         return _scaled(layout, number, kind, stated, sign)
-    if target == "time" and not stated.unit and (found := _clock(layout, number)):
-        return found._replace(factor=sign * found.factor)
+    if target == "time" and not stated.unit and (clock := _clock(layout, number)):
+        return clock._replace(factor=sign * clock.factor)
     unit = _unit_of(layout, number, target, stated)
     times = f", times {stated.factor:g}" if stated.factor != 1.0 else ""
     return FileColumn(number, title, unit.name, sign * unit.size, times + unit.remark)
@@ -187,11 +193,12 @@ def find_column(layout: "Layout", target: str, source: str) -> FileColumn | None
 
 def _number_of(layout: "Layout", target: str, source: str, stated: Stated) -> int | None:
     """Find the number of a column by its title, with or without the unit, or by its place."""
-    kind, name = KINDS[target], stated.title.casefold()
+    kind = KINDS[target]
+    name = stated.title.casefold()
     titles = enumerate(layout.titles)
-    found = [number for number, title in titles if title == source]
-    if not found:
-        found = [
+    numbers = [number for number, title in titles if title == source]
+    if not numbers:
+        numbers = [
             number
             for number, title in enumerate(layout.titles)
             if name
@@ -202,12 +209,12 @@ def _number_of(layout: "Layout", target: str, source: str, stated: Stated) -> in
                 f"#{number + 1}",
             }
         ]
-    if len(found) > 1:
+    if len(numbers) > 1:
         raise ArgumentError(
             f"several columns are called {stated.title}: choose one by its place in the file; "
             f"{target}=#2 is the second column"
         )
-    return found[0] if found else None
+    return numbers[0] if numbers else None
 
 
 def _clock(layout: "Layout", number: int) -> FileColumn | None:
@@ -215,7 +222,8 @@ def _clock(layout: "Layout", number: int) -> FileColumn | None:
 
     Return None if it is none of these.
     """
-    title, first = layout.titles[number], layout.first_value(number)
+    title = layout.titles[number]
+    first = layout.first_value(number)
     if is_clock(first):
         dates = None if is_dated(first) else _dates_beside(layout)
         of = "" if dates is None else f" with the dates in {layout.titles[dates]}"
@@ -237,8 +245,8 @@ def _clock(layout: "Layout", number: int) -> FileColumn | None:
 def _dates_beside(layout: "Layout") -> int | None:
     """Find the only column of dates; None if there is none, or several."""
     places = range(len(layout.titles))
-    found = [place for place in places if is_date(layout.first_value(place))]
-    return found[0] if len(found) == 1 else None
+    dated = [place for place in places if is_date(layout.first_value(place))]
+    return dated[0] if len(dated) == 1 else None
 
 
 def _nanoseconds_beside(layout: "Layout", number: int) -> int | None:
@@ -247,8 +255,8 @@ def _nanoseconds_beside(layout: "Layout", number: int) -> int | None:
     if own is None or NANOSECONDS.fullmatch(layout.titles[number]):
         return None
     others = [NANOSECONDS.fullmatch(title) for title in layout.titles]
-    found = [place for place, other in enumerate(others) if other and other[1] == own[1]]
-    return found[0] if len(found) == 1 else None
+    places = [place for place, other in enumerate(others) if other and other[1] == own[1]]
+    return places[0] if len(places) == 1 else None
 
 
 def _units_in_file(layout: "Layout", number: int, kind: Kind) -> list[str]:
@@ -260,7 +268,8 @@ def _units_in_file(layout: "Layout", number: int, kind: Kind) -> list[str]:
 
 def _unit_of(layout: "Layout", number: int, target: str, stated: Stated) -> NamedUnit:
     """Find the unit of a column; the option and the file must not contradict each other."""
-    kind, title = KINDS[target], layout.titles[number]
+    kind = KINDS[target]
+    title = layout.titles[number]
     texts = _units_in_file(layout, number, kind)
     units = [unit for unit in (unit_named(text, kind) for text in texts) if unit]
     option = f'--column "{target}={stated.title} [{kind.si}]"'
@@ -269,7 +278,7 @@ def _unit_of(layout: "Layout", number: int, target: str, stated: Stated) -> Name
         if unit is None:
             raise _no_unit(title, kind, stated.unit)
         others = [text for text in texts if _is_other(text, kind)]
-        if (units and unit.size not in [one.size for one in units]) or (others and not units):
+        if (units and unit.size not in [known.size for known in units]) or (others and not units):
             raise ArgumentError(
                 f"column {title} is in {' or '.join(texts)} by the file, but in {stated.unit} by "
                 f"the option: leave out the unit; if the file is wrong, convert by a factor, as in "
@@ -277,7 +286,7 @@ def _unit_of(layout: "Layout", number: int, target: str, stated: Stated) -> Name
                 + (f' or "{target}={stated.title} * 2.5 {kind.si}/{texts[0]}"' if others else "")
             )
         return unit
-    if len({one.size for one in units}) > 1:
+    if len({known.size for known in units}) > 1:
         raise ArgumentError(
             f"column {title} is in {' and '.join(texts)} by the file: state which, as in {option}"
         )
@@ -306,7 +315,7 @@ def _no_unit(title: str, kind: Kind, text: str) -> ArgumentError:
 def _is_other(text: str, kind: Kind) -> bool:
     """Whether a text is a unit of a signal, or of another column of recordings."""
     kinds = set(KINDS.values()) - {kind}
-    return bool(unit_ratio(text, VOLT)) or any(unit_size(text, one) for one in kinds)
+    return bool(unit_ratio(text, VOLT)) or any(unit_size(text, other) for other in kinds)
 
 
 def _scaled(layout: "Layout", number: int, kind: Kind, stated: Stated, factor: float) -> FileColumn:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import IntArray
 from vibrissa.quantities.series import lines_of, listed
@@ -31,8 +33,11 @@ COMMENT = re.compile(MARK)
 NO_COMMENT = rf"\s*(?:(?i:{ERRORS})\s*(?:[;\t,| ]|$)|#{{3,}}\s*[;\t,|])"
 # Number of lines in which the first row of the table is sought.
 SAMPLE = 1000
-# Least numbers of rows and of columns of a table, and least share of numbers in a row.
-FEWEST_ROWS, FEWEST_COLUMNS, LEAST_SHARE = 3, 2, 0.5
+# Least numbers of rows and of columns of a table.
+FEWEST_ROWS = 3
+FEWEST_COLUMNS = 2
+# Least share of numbers in a row of a table.
+LEAST_SHARE = 0.5
 # Bytes in which the encoding is sought.
 BEGIN = 4096
 
@@ -131,12 +136,13 @@ def grid_of_text(text: str, name: str) -> Grid:
     marked = lines.str.match(MARK)
     marked[marked] = ~lines[marked].str.match(NO_COMMENT)
     sample = lines[~marked].head(SAMPLE)
-    tables = {one: first_block(_rows(sample, one)) for one in SEPARATORS}
-    found = {one: table for one, table in tables.items() if table is not None}
-    if not found:
+    tables = {separator: first_block(_rows(sample, separator)) for separator in SEPARATORS}
+    blocks = {separator: table for separator, table in tables.items() if table is not None}
+    if not blocks:
         raise RecordingError(no_table(name))
-    separator = max(found, key=lambda one: found[one].share)
-    first, width = found[separator].first, len(found[separator].columns)
+    separator = max(blocks, key=lambda separator: blocks[separator].share)
+    first = blocks[separator].first
+    width = len(blocks[separator].columns)
     lines, sign = _separated(lines, separator)
     under = lines.loc[first:]
     rows = under[~marked[under.index]]
@@ -144,7 +150,7 @@ def grid_of_text(text: str, name: str) -> Grid:
     while not share_of_numbers(cells_of(rows.iloc[end - 1], sign)):
         end -= 1
     table, remarks = _split(rows.iloc[:end], sign, width, name)
-    empty = without_value(table).to_numpy(dtype=bool)
+    empty = without_value(table)
     cells = table[~empty] if empty.any() else table
     return Grid(
         above={
@@ -174,7 +180,7 @@ def grid_of_rows(rows: Rows, what: str) -> Grid | None:
     while not share_of_numbers(rows[lines[-1]]):
         lines.pop()
     table = pd.DataFrame([rows[line] for line in lines], index=lines, dtype=str)
-    empty = without_value(table).to_numpy(dtype=bool)
+    empty = without_value(table)
     below = table.index[-1] + 1
     return Grid(
         above={line: cells for line, cells in rows.items() if line < block.first},
@@ -313,8 +319,6 @@ def _numbers_beyond(rows: Sequence[Sequence[str]], begin: int, width: int) -> bo
 
 def _filled(rows: Rows, begin: int) -> IntArray:
     """Lines from `begin` on that have some cell."""
-    import numpy as np
-
     return np.array(
         [line for line, cells in rows.items() if line >= begin and any(cells)], dtype=int
     )

@@ -1,7 +1,7 @@
 """Titles and units of the columns, from the lines above a table."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from vibrissa.errors import RecordingError
@@ -54,12 +54,11 @@ def head_of(grid: Grid, name: str, title_line: int | None, unit_line: int | None
                 f"{name}: {option} {line} is no line above the table with {width} cells; these "
                 f"lines are: {lines}"
             )
-    units_at = unit_line or _last(
-        line for line, cells in rows.items() if line != title_line and are_units(cells)
-    )
+    of_units = [line for line, cells in rows.items() if line != title_line and are_units(cells)]
+    units_at = unit_line or max(of_units, default=0)
     others = {line: cells for line, cells in rows.items() if line != units_at}
     likely = [line for line, cells in others.items() if _are_titles(cells)]
-    titles_at = title_line or _last(likely or others)
+    titles_at = title_line or max(likely or others, default=0)
     return Head(
         titles=rows.get(titles_at, [f"#{number}" for number in range(1, width + 1)]),
         units=rows.get(units_at, [""] * width),
@@ -114,7 +113,7 @@ def are_units(cells: Sequence[str]) -> bool:
     At least half of the cells that are not in `NO_UNIT` are units of a recording's columns, and the
     others are units, too; or more than half of them are, whatever the others.
     """
-    units = [cell for cell in (one.strip(BRACKETS) for one in cells) if cell not in NO_UNIT]
+    units = [cell for cell in (cell.strip(BRACKETS) for cell in cells) if cell not in NO_UNIT]
     known = sum(1 for unit in units if any(unit_named(unit, kind) for kind in KINDS.values()))
     if not known or 2 * known < len(units):
         return False
@@ -125,7 +124,3 @@ def _are_titles(cells: Sequence[str]) -> bool:
     """Whether most cells are filled, and most of these differ from each other."""
     filled = [cell for cell in cells if cell]
     return 2 * len(filled) > len(cells) and 2 * len(set(filled)) > len(filled)
-
-
-def _last(lines: Iterable[int]) -> int:
-    return max(lines, default=0)

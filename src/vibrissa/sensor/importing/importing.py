@@ -26,9 +26,9 @@ NO_TARE = (
 )
 # Times since 1970 (s) are counted from the first row.
 LONG_AGO = 1e8
-# Part by which a stated rate, or the way by a stated speed, may differ from the file's.
-RATE_ERROR, WAY_ERROR = 0.01, 0.05
-
+# Parts by which a stated rate, and the way by a stated speed, may differ from the file's.
+RATE_ERROR = 0.01
+WAY_ERROR = 0.05
 # Number of lines that may be titles in a message.
 MOST_TITLES = 3
 
@@ -78,9 +78,9 @@ class Imported(Tabular):
         """
         header = {}
         for name, zero in self.zeros.items():
-            value, unit = self.units.told(zero.value, KINDS[name])
+            value, unit = self.units.displayed(zero.value, KINDS[name])
             # If all readings were alike, the error is not known.
-            error = self.units.told(zero.deviation, KINDS[name])[0]
+            error = self.units.displayed(zero.deviation, KINDS[name])[0]
             more = f" ± {error:.2g}" if error else ""
             header[f"zero_{name}"] = f"{value:.6g}{more} {unit}"
         return header
@@ -100,8 +100,8 @@ class Imported(Tabular):
         return (*self.notes, *(zeros or [NO_TARE]), *drifts)
 
     def _spelled(self, value: float, name: str) -> str:
-        told, unit = self.units.told(value, KINDS[name])
-        return f"{told:.3g} {unit}"
+        size, unit = self.units.displayed(value, KINDS[name])
+        return f"{size:.3g} {unit}"
 
 
 def import_recording(data: bytes, settings: Settings, name: str = "the file") -> Imported:
@@ -127,8 +127,8 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
         has a line for each error.
     """
     layout = layout_in(data, name, settings)
-    found = _columns(layout, name, settings)
-    values = _values(found, layout, name, settings.rate)
+    columns = _columns(layout, name, settings)
+    values = _values(columns, layout, name, settings.rate)
     if settings.turn:
         values = turned(values, settings.turn)
     if any(settings.moment_origin):
@@ -143,7 +143,7 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
         key: (each - tare.offsets[key] if key in tare.offsets else each)[kept]
         for key, each in values.items()
     }
-    notes = [*layout.notes, *(f"{target}: {one.note}" for target, one in found.items())]
+    notes = [*layout.notes, *(f"{target}: {column.note}" for target, column in columns.items())]
     if settings.speed is not None:
         values["footpoint"] = settings.speed * (values["time"] - values["time"][0])
         notes.append("footpoint: speed times the time since --from")
@@ -152,26 +152,29 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
     notes += [f"{key} is missing in {counted(n, 'row')}" for key, n in missing.items() if n]
     if not kept.all():
         notes.append(f"outside --from and --to: {counted(int((~kept).sum()), 'row')}")
-    few = ", ".join(one for one in recorded(values) if one not in tare.zeros)
+    few = ", ".join(channel for channel in recorded(values) if channel not in tare.zeros)
     if few and tare.zeros:
         notes.append(f"no zero for {few}: fewer than {FEWEST_READINGS} readings without load")
-    units = Units(si=True, wished=wished_units(*(f"1 {one.unit}" for one in found.values())))
+    units = Units(
+        si=True, wished=wished_units(*(f"1 {column.unit}" for column in columns.values()))
+    )
     return Imported(values=values, zeros=tare.zeros, notes=(*notes, *tare.notes), units=units)
 
 
 def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileColumn]:
     """Find the columns of a recording; all errors are reported together."""
-    found: dict[str, FileColumn] = {}
-    errors, unknown = [], False
-    for target in [one for one in KINDS if one not in settings.made]:
+    columns: dict[str, FileColumn] = {}
+    errors = []
+    unknown = False
+    for target in [kind for kind in KINDS if kind not in settings.made]:
         source = settings.column.get(target, target)
         try:
-            one = find_column(layout, target, source)
+            column = find_column(layout, target, source)
         except ArgumentError as error:
             errors.append(str(error))
             continue
-        if one is not None:
-            found[target] = one
+        if column is not None:
+            columns[target] = column
         elif target in settings.needed:
             unknown = True
             errors.append(
@@ -179,7 +182,7 @@ def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileCol
                 f"'{target}=title [{KINDS[target].si}]'"
                 + (f"; if the file has none, give {INSTEAD[target]}" if target in INSTEAD else "")
             )
-    if not {*found, *settings.column} & set(CHANNELS):
+    if not {*columns, *settings.column} & set(CHANNELS):
         unknown = True
         errors.append(
             f"no column is named {', '.join(CHANNELS)}: choose their columns, as in --column "
@@ -193,7 +196,7 @@ def _columns(layout: Layout, name: str, settings: Settings) -> dict[str, FileCol
             f"the columns of the table from line {layout.cells.index[0]} on are: {titles}"
         )
         raise RecordingError("\n".join(f"{name}: {error}" for error in errors))
-    return found
+    return columns
 
 
 def _other_titles(layout: Layout) -> str:
@@ -208,26 +211,23 @@ def _other_titles(layout: Layout) -> str:
     return f"{other}#1 is the first column, whatever its title"
 
 
-def _values(found: dict[str, FileColumn], layout: Layout, name: str, rate: float | None) -> Values:
+def _values(
+    columns: dict[str, FileColumn], layout: Layout, name: str, rate: float | None
+) -> Values:
     """Read columns in SI units."""
-    cells = {target: layout.cells.iloc[:, one.number] for target, one in found.items()}
-    plain = {target: each for target, each in cells.items() if not _in_parts(found[target])}
+    cells = {target: layout.cells.iloc[:, column.number] for target, column in columns.items()}
+    plain = {target: each for target, each in cells.items() if not columns[target].in_parts}
     read = values_of(plain, name, layout.signs)
-    values = {target: found[target].factor * each for target, each in read.items()}
+    values = {target: columns[target].factor * each for target, each in read.items()}
     if rate is not None:
         _check_rate(rate, layout, name)
         return {"time": layout.samples / rate, **values}
-    if "time" in found:
-        column = found["time"]
-        time = _time(column, layout, name) if _in_parts(column) else values["time"]
+    if "time" in columns:
+        column = columns["time"]
+        time = _time(column, layout, name) if column.in_parts else values["time"]
         _check_time(time, layout, name)
         values = values | {"time": time - time[0] if time[0] > LONG_AGO else time}
     return values
-
-
-def _in_parts(column: FileColumn) -> bool:
-    """Whether the cells of a column are times of a clock, or need another column beside them."""
-    return column.clock or column.beside is not None
 
 
 def _time(column: FileColumn, layout: Layout, name: str) -> FloatArray:
@@ -264,18 +264,20 @@ def _check_rate(rate: float, layout: Layout, name: str) -> None:
             column = find_column(layout, "time", f"#{number}")
             if column is not None:
                 rates[title] = _rate_of(column, layout, name)
-    known = {title: found for title, found in rates.items() if found is not None}
-    if known and not any(abs(rate / found.value - 1.0) <= found.error for found in known.values()):
-        title, found = next(iter(known.items()))
+    known = {title: by_column for title, by_column in rates.items() if by_column is not None}
+    agrees = [abs(rate / by_column.value - 1.0) <= by_column.error for by_column in known.values()]
+    if known and not any(agrees):
+        title, by_column = next(iter(known.items()))
         raise RecordingError(
-            f"{name}: --rate is {rate:g} Hz, but by the column {title} it is {found.value:.4g} Hz: "
-            f"leave out --rate, and choose the column, as in --column 'time={title}'"
+            f"{name}: --rate is {rate:g} Hz, but by the column {title} it is "
+            f"{by_column.value:.4g} Hz: leave out --rate, and choose the column, as in --column "
+            f"'time={title}'"
         )
 
 
 def _rate_of(column: FileColumn, layout: Layout, name: str) -> "Rate | None":
     """Mean rate of the times in a column; None if they do not increase."""
-    if _in_parts(column):
+    if column.in_parts:
         time = _time(column, layout, name)
     else:
         cells = {"time": layout.cells.iloc[:, column.number]}

@@ -77,21 +77,18 @@ def layout_of_text(
 
 
 def layout_of_grid(
-    grid: Grid,
-    name: str,
-    decimal: str | None = None,
-    title_line: int | None = None,
-    unit_line: int | None = None,
+    grid: Grid, name: str, decimal: str | None, title_line: int | None, unit_line: int | None
 ) -> Layout:
-    """Find titles, units and signs of a table of texts."""
+    """Find titles, units and signs of a table of texts; arguments as in `layout_of_text`."""
     head = head_of(grid, name, title_line, unit_line)
-    cells, samples = grid.cells, grid.samples
+    cells = grid.cells
+    samples = grid.samples
     numbering: tuple[str, ...] = ()
-    if len(cells) > 1 and is_numbering(
-        *([cell.strip() for cell in cells.iloc[row]] for row in (0, 1))
-    ):
+    first_rows = [[cell.strip() for cell in row] for row in cells.head(2).itertuples(index=False)]
+    if len(first_rows) == 2 and is_numbering(*first_rows):
         numbering = left_out(cells.index[:1], "numbers of the columns")
-        cells, samples = cells.iloc[1:], samples[1:] - samples[1]
+        cells = cells.iloc[1:]
+        samples = samples[1:] - samples[1]
     signs = signs_of(cells, name, decimal)
     size = f"{counted(len(cells), 'row')} from line {cells.index[0]} on"
     return Layout(

@@ -4,8 +4,10 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from vibrissa.errors import RecordingError
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.quantities.series import NUMBER, numbers
 from vibrissa.sensor.importing.clock import CLOCK
 
@@ -24,7 +26,8 @@ MISSING = (
 # count only if some number proves them.
 APOSTROPHES = "'’\u00a0\u202f"
 BLANK = " "
-SIGNED, EXPONENT = "[-+]?", "(?:[eEdD][-+]?[0-9]+)?"
+SIGNED = "[-+]?"
+EXPONENT = "(?:[eEdD][-+]?[0-9]+)?"
 # A number with a decimal sign, in place of the braces.
 DECIMAL = SIGNED + "(?:[0-9]+{0}[0-9]*|{0}[0-9]+)" + EXPONENT
 # A number such as 1.234, whose sign may separate decimals or thousands.
@@ -61,12 +64,11 @@ def is_whole(cell: str) -> bool:
     return _WHOLE.fullmatch(cell) is not None
 
 
-def without_value(cells: "DataFrame") -> "Series[bool]":
-    """Mark the rows in which no cell has a value."""
-    import pandas as pd
-
-    empty = pd.Series(True, index=cells.index)
+def without_value(cells: "DataFrame") -> BoolArray:
+    """Whether no cell has a value, for each row."""
+    empty = np.ones(len(cells), dtype=bool)
     for _, column in cells.items():
+        # A row that has a value in one column is not searched further.
         texts = column[empty].astype(str).str.strip()
         empty[empty] = texts.str.fullmatch(MISSING).to_numpy(dtype=bool)
     return empty
@@ -139,11 +141,11 @@ def values_of(
     try:
         return numbers(plain, name, signs.decimal)
     except RecordingError as error:
-        found = [cell for column in plain.values() for cell in column if _has_groups(cell)]
-        if not found:
+        grouped = [cell for column in plain.values() for cell in column if _has_groups(cell)]
+        if not grouped:
             raise
         raise RecordingError(
-            f"{error}\n{name}: {found[0]!r} seems to have a separator of thousands: it is read "
+            f"{error}\n{name}: {grouped[0]!r} seems to have a separator of thousands: it is read "
             "only where other numbers prove it, such as 1.234,5; or write numbers without it"
         ) from None
 
@@ -159,9 +161,9 @@ def _plain(column: "Series[str]", signs: Signs) -> "Series[str]":
     usual = column.str.strip().str.fullmatch(NUMBER.format(f"[{signs.decimal}]")).to_numpy(bool)
     if usual.all():
         return column
-    others = column.astype(object)
-    others[~usual] = [_plain_cell(cell, signs) for cell in others[~usual]]
-    return others
+    plain = column.astype(object)
+    plain[~usual] = [_plain_cell(cell, signs) for cell in plain[~usual]]
+    return plain
 
 
 def _plain_cell(cell: object, signs: Signs) -> object:

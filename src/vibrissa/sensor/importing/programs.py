@@ -67,7 +67,9 @@ def layout_in(data: bytes, name: str, settings: "Settings") -> Layout:
         tables = {
             table: columns for table, columns in reader(data, name).items() if _is_table(columns)
         }
-        chosen = _chosen({one: _summary(of) for one, of in tables.items()}, name, settings.table)
+        chosen = _chosen(
+            {table: _summary(columns) for table, columns in tables.items()}, name, settings.table
+        )
         return _named_layout(tables[chosen], chosen)
     if settings.table is not None:
         raise RecordingError(f"{name}: a text file has no table of a name: leave out --table")
@@ -85,9 +87,9 @@ def _reader(data: bytes, name: str) -> Callable[..., Any] | None:
         b"PAR1": _parquet,
         b"LabVIEW Measurement": _lvm,
     }
-    found = next((read for begin, read in signatures.items() if data.startswith(begin)), None)
+    reader = next((read for begin, read in signatures.items() if data.startswith(begin)), None)
     # Version 4 of MATLAB has no signature.
-    return _matlab if found is None and name.lower().endswith(".mat") else found
+    return _matlab if reader is None and name.lower().endswith(".mat") else reader
 
 
 def _load(what: str, name: str, read: Callable[[], Any]) -> Any:
@@ -112,9 +114,9 @@ def _chosen(tables: Mapping[str, str], name: str, wanted: str | None) -> str:
         raise RecordingError(no_table(name))
     if wanted is None and len(tables) == 1:
         return next(iter(tables))
-    found = [table for table in tables if table == (wanted or "").strip()]
-    if found:
-        return found[0]
+    named = [table for table in tables if table == (wanted or "").strip()]
+    if named:
+        return named[0]
     shown = [f"  {table}: {summary}" for table, summary in list(tables.items())[:LISTED]]
     more = [f"  and {len(tables) - LISTED} more"] if len(tables) > LISTED else []
     problem = (
@@ -176,14 +178,14 @@ def _excel(data: bytes, name: str, settings: "Settings") -> Layout:
     from python_calamine import CalamineWorkbook
 
     book = _load("spreadsheet", name, lambda: CalamineWorkbook.from_filelike(io.BytesIO(data)))
-    wanted = [one for one in book.sheet_names if one == settings.table] or book.sheet_names
-    sheets = _load("spreadsheet", name, lambda: {one: _cells_of(book, one) for one in wanted})
+    wanted = [sheet for sheet in book.sheet_names if sheet == settings.table] or book.sheet_names
+    sheets = _load("spreadsheet", name, lambda: {sheet: _cells_of(book, sheet) for sheet in wanted})
     grids: dict[str, Grid] = {}
     for sheet, cells in sheets.items():
         rows = {line: [_text_of(cell) for cell in row] for line, row in enumerate(cells, 1)}
         if grid := grid_of_rows(rows, f"sheet {sheet}"):
             grids[sheet] = grid
-    summaries = {sheet: f"{counted(len(grid.cells), 'row')}" for sheet, grid in grids.items()}
+    summaries = {sheet: counted(len(grid.cells), "row") for sheet, grid in grids.items()}
     chosen = _chosen(summaries, name, settings.table)
     typed = any(isinstance(cell, float) for row in sheets[chosen] for cell in row)
     decimal = "." if typed else settings.decimal
@@ -220,8 +222,10 @@ def _matlab(data: bytes, name: str) -> Tables:
     from scipy.io.matlab import MatlabOpaque
 
     variables = _load("MATLAB file", name, lambda: loadmat(io.BytesIO(data), simplify_cells=True))
-    objects = [one for one in variables.values() if isinstance(one, MatlabOpaque)]
-    classes = {one["s0"].item().decode(): one["s2"].item().decode() for one in objects}
+    objects = [variable for variable in variables.values() if isinstance(variable, MatlabOpaque)]
+    classes = {
+        variable["s0"].item().decode(): variable["s2"].item().decode() for variable in objects
+    }
     return _tables_of_variables(variables, name, classes)
 
 
@@ -240,9 +244,9 @@ def _classes_in(data: bytes) -> dict[str, str]:
 
     with h5py.File(io.BytesIO(data)) as file:
         return {
-            key: one.attrs["MATLAB_class"].decode()
-            for key, one in file.items()
-            if "MATLAB_class" in one.attrs
+            key: variable.attrs["MATLAB_class"].decode()
+            for key, variable in file.items()
+            if "MATLAB_class" in variable.attrs
         }
 
 
@@ -352,14 +356,14 @@ def _lvm(data: bytes, name: str) -> Tables:
     from lvm_read import read_str
 
     text = decoded(data, name)
-    found = _load("LabVIEW measurement file", name, lambda: read_str(text))
+    file = _load("LabVIEW measurement file", name, lambda: read_str(text))
     heads = sum(line.startswith("X_Value") for line in text.splitlines())
-    if heads != found["Segments"]:
+    if heads != file["Segments"]:
         raise RecordingError(
-            f"{name}: of {heads} segments (lines X_Value) only {found['Segments']} can be read: "
+            f"{name}: of {heads} segments (lines X_Value) only {file['Segments']} can be read: "
             "each segment needs an empty line before its head"
         )
-    every = [_segment(found[number], found) for number in range(found["Segments"])]
+    every = [_segment(file[number], file) for number in range(file["Segments"])]
     joined: list[list[Named]] = []
     for segment in every:
         if joined and _goes_on(joined[-1], segment):
@@ -373,7 +377,8 @@ def _lvm(data: bytes, name: str) -> Tables:
 
 def _segment(segment: Mapping[str, Any], file: Mapping[str, Any]) -> list[Named]:
     """Columns of a segment; without a column of times they are computed from its step."""
-    titles, values = segment["Channel names"], segment["data"]
+    titles = segment["Channel names"]
+    values = segment["data"]
     filled = len(titles) - (titles[-1] == "Comment")
     with_time = file.get("X_Columns", "One") != "No"
     units = [unit.strip() for unit in segment.get("Y_Unit_Label", [])]

@@ -109,7 +109,7 @@ class Settings(Keyed):
         if unknown := self.column.keys() - KINDS.keys():
             raise ArgumentError(f"column must be one of {', '.join(KINDS)}, got {unknown.pop()!r}")
         places = [self.from_, self.to, *(self.tare or ())]
-        if self.speed is not None and any(not one or one.column != "time" for one in places):
+        if self.speed is not None and any(not place or place.column != "time" for place in places):
             raise ArgumentError(
                 "with speed, give the times at which the stage begins to move and stops, as in "
                 "--from '2 s' --to '40 s'; if you give --tare, it must be times, too"

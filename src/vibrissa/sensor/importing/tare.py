@@ -13,19 +13,24 @@ from vibrissa.sensor.transducer import CHANNELS
 
 # Errors of successive readings may be correlated (filter, hum). With enough readings, the error of
 # their mean is therefore estimated from the means of this number of blocks.
-BLOCKS, FEWEST_IN_BLOCKS = 20, 100
+BLOCKS = 20
+# Least number of readings that are divided into blocks.
+FEWEST_IN_BLOCKS = 100
 # Least number of readings for a zero and its error.
 FEWEST_READINGS = 3
 # A change of a reading by this many standard deviations is a load: noise exceeds it once in 10^6.
 CHANGED = 5.0
-# Least change at the first touch, as a part of the usual load in motion; part of the rows before
-# this change whose mean is the zero.
-LOADED, TAKEN = 0.3, 0.8
+# Least change at the first touch, as a part of the usual load in motion.
+LOADED = 0.3
+# Part of the rows before this change whose mean is the zero.
+TAKEN = 0.8
 # A window without load is refused if its readings change by more than this part of the range of
 # the recording (and more than the noise): a zero that is wrong by less does little harm.
 HARMLESS = 0.02
-# Blocks in which a stated window is checked, and least number of readings of one.
-CHECKED, FEWEST_CHECKED = 20, 5
+# Number of blocks in which a stated window is checked.
+CHECKED = 20
+# Least number of readings of such a block.
+FEWEST_CHECKED = 5
 # Zeros before and after the scan differ if they do so by this many standard deviations.
 DRIFTED = 4.0
 
@@ -104,14 +109,17 @@ def tare_of(
     else:
         first = before if before.any() else after
     zeros = zeros_of(values, first)
-    others = [each for each in (before, after) if each.any() and not (each & first).any()]
+    apart = [side for side in (before, after) if side.any() and not (side & first).any()]
     notes = [f"rows without load only after the scan: {spell(after)}"] if first is after else []
-    if not others or not zeros:
+    if not apart or not zeros:
         steady = {name: np.full(len(kept), zero.value) for name, zero in zeros.items()}
         return Tare(zeros, steady, tuple(notes if zeros else []))
-    (other,) = others
+    # A stated window may be apart from the rows on both sides: the farther side counts.
+    distances = [rows[side].mean() - rows[first].mean() for side in apart]
+    farthest = int(np.argmax(np.abs(distances)))
+    other = apart[farthest]
     second = zeros_of(values, other)
-    way = (rows - rows[first].mean()) / (rows[other].mean() - rows[first].mean())
+    way = (rows - rows[first].mean()) / distances[farthest]
     zeros = {
         name: changed(zero, second[name]) if name in second else zero
         for name, zero in zeros.items()
@@ -221,7 +229,7 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
 
     A channel that has too few readings in these rows is left out.
     """
-    found: dict[str, Zero] = {}
+    zeros: dict[str, Zero] = {}
     for name in recorded(values):
         readings = values[name][rows]
         readings = readings[~np.isnan(readings)]
@@ -229,8 +237,8 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
             blocks = BLOCKS if len(readings) >= FEWEST_IN_BLOCKS else len(readings)
             means = np.array([part.mean() for part in np.array_split(readings, blocks)])
             error = means.std(ddof=1) / np.sqrt(blocks) if np.ptp(readings) else 0.0
-            found[name] = Zero(float(readings.mean()), float(error), len(readings))
-    return found
+            zeros[name] = Zero(float(readings.mean()), float(error), len(readings))
+    return zeros
 
 
 def recorded(values: Values) -> list[str]:
@@ -252,7 +260,9 @@ def unloaded(values: Values, begin: int) -> int:
         return 0
     clamp = values.get("footpoint", np.zeros(len(values[channel])))
     rows = np.flatnonzero(np.isfinite(values[channel] + clamp))
-    readings, begin, end = values[channel][rows], int(np.searchsorted(rows, begin)), len(rows)
+    readings = values[channel][rows]
+    begin = int(np.searchsorted(rows, begin))
+    end = len(rows)
     if "footpoint" in values:
         scan = moving(clamp[rows])
         begin, end = min(begin, scan.start), scan.stop
