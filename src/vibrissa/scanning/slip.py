@@ -345,8 +345,8 @@ class Slip:
         self, contact: FloatArray | float, *slopes: FloatArray | float
     ) -> list[ContactForces]:
         """Resolve the forces on a tip at given positions (L), for each of several slopes."""
-        held = self._held(contact)
-        return [_resolved(held, slope) for slope in slopes]
+        fx, fy = _reactions(self._held(contact))
+        return [contact_forces(fx, fy, slope) for slope in slopes]
 
     def _within(self, contact: float) -> float:
         """Move a tip that a long step has taken out of the computed states to the last of them."""
@@ -509,7 +509,7 @@ class Slip:
         lift = 0.0 if plane else surface.height(place)
         held = self.stage.states(self.clamp, place, self.side, lift)
         slope = 0.0 if plane else self.side * surface.slope(place)
-        tangential, normal = _resolved(held, slope)
+        tangential, normal = contact_forces(*_reactions(held), slope)
         friction = self.model.kinetic_ratio * surface(place) * normal
         values = np.array([-way * tangential, friction, normal])
         forces = _Forces(breaks, cell.coefficients @ values.transpose(0, 2, 1))
@@ -527,11 +527,11 @@ class Slip:
         return float(place + onward * 2.0 * tiny)
 
 
-def _resolved(held: Held, slope: FloatArray | float) -> ContactForces:
-    """Resolve the forces on a tip in given states of the rod, for a slope of the surface."""
+def _reactions(held: Held) -> tuple[FloatArray, FloatArray]:
+    """Return the clamp reactions fx and fy in given states, or in the last computed ones."""
     states, x0 = held
     loads = states(states.clip(x0))
-    return contact_forces(loads[..., 0], loads[..., 1], slope)
+    return loads[..., 0], loads[..., 1]
 
 
 def _divided(breaks: FloatArray, longest: float) -> FloatArray:
