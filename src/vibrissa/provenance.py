@@ -146,12 +146,11 @@ def digest(*parts: str) -> str:
     It covers the modules directly in the package, the subpackages or modules named by `parts`, such
     as ``study`` or ``study/axes.py``, and the scripts of the workflow.
     """
-    wanted = {_PACKAGE / part for part in parts}
     scripts = _home() / "workflow/scripts"
-    sources = [
-        *_PACKAGE.glob("*.py"),
-        *(path for path in _PACKAGE.rglob("*") if wanted & {path, *path.parents}),
-    ]
+    sources = list(_PACKAGE.glob("*.py"))
+    for part in parts:
+        path = _PACKAGE / part
+        sources += [path] if path.is_file() else path.rglob("*")
     # Named alike in a clone and in a wheel, which has the workflow in the package.
     named = {path.relative_to(_PACKAGE).as_posix(): path for path in sources}
     named |= {f"workflow/scripts/{path.name}": path for path in scripts.glob("*.py")}

@@ -75,6 +75,14 @@ def test_a_table_comes_back_from_its_file(tables, kind, path):
     assert set(frame.attrs["units"].values()) <= UNITS
 
 
+def test_rows_to_be_joined_come_back_from_a_current_table_alone(tables, path):
+    store.write(tables["stiction"], path, "the study")
+    found = store.current_batches(path, STICTION, "the study")
+    assert pa.concat_tables(found).equals(tables["stiction"])
+    with pytest.raises(DamagedTableError, match="another study file"):
+        list(store.current_batches(path, STICTION, "another study"))
+
+
 @pytest.mark.slow
 def test_a_changed_byte_never_changes_the_table_silently(tables, path):
     table = tables["stiction"]

@@ -2,7 +2,7 @@
 
 from vibrissa.errors import DamagedTableError
 from vibrissa.pipeline import jobs
-from vibrissa.tables import query, schemas, store
+from vibrissa.tables import schemas, store
 
 
 def rows(params, schema):
@@ -10,8 +10,7 @@ def rows(params, schema):
     damaged = []
     for path, chunk_part in zip(snakemake.input.chunks, params.chunk_parts, strict=True):
         try:
-            chunk = query.opened(path, schema, chunk_part)
-            yield from query.batches(chunk, schema.names)
+            yield from store.current_batches(path, schema, chunk_part)
         except DamagedTableError as error:
             damaged.append(error)
     if damaged:

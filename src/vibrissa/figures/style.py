@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -165,14 +166,19 @@ def alone(values: Sequence[float] | pd.Series) -> Look:
     return {"marker": "o", "markevery": single.tolist()} if single.any() else {"marker": ""}
 
 
+@cache
+def _program() -> str:
+    """Describe the running program once for all figures: git is asked for its commit."""
+    return f"Vibrissa {__version__}, commit {commit()}"
+
+
 def save(figure: Figure, paths: Sequence[str | Path], title: str = "", study: str = "") -> None:
     """Write a figure as ``.pdf``, ``.svg`` or ``.png``, each file atomically.
 
     The files store the title, the name of the study, and version and commit of the program.
     """
     FigureCanvasAgg(figure)
-    program = f"Vibrissa {__version__}, commit {commit()}"
-    about = title or "figure", f"study {study}" if study else "no study", program
+    about = title or "figure", f"study {study}" if study else "no study", _program()
     with applied():
         # Laid out once for all formats, which measure text differently.
         figure.draw_without_rendering()

@@ -73,10 +73,10 @@ def measure(
     The measures are unreliable if θ > 8 and the rod passes through the surface (φ1 < 0 in tip
     contact).
     """
-    making = mounting.making
+    making, cos_alpha, sin_alpha = mounting.making, np.cos(alpha), np.sin(alpha)
 
     def moment(x: FloatArray | float, y: FloatArray | float) -> FloatArray:
-        return f * (np.cos(alpha) * (x - x_c) + np.sin(alpha) * (y - y_c))
+        return f * (cos_alpha * (x - x_c) + sin_alpha * (y - y_c))
 
     def derivative(tau: float, state: FloatArray) -> FloatArray:
         x, y, phi, _ = state

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,14 +13,6 @@ from vibrissa.numerics.arrays import FloatArray
 SHAPE_TOLERANCE = 1e-12
 
 
-class Growth(NamedTuple):
-    """Derivatives of the position (x, y) and of the slope φ with respect to s."""
-
-    x: float
-    y: float
-    phi: float
-
-
 def rod_equations(
     theta: float,
     f: float,
@@ -29,7 +20,7 @@ def rod_equations(
     x1: float,
     y1: float,
     mounting: Mounting = IDEAL,
-) -> Callable[[float, FloatArray], Growth]:
+) -> Callable[[float, FloatArray], tuple[float, float, float]]:
     """Make a function that evaluates the differential equations of the rod, paper equation (2).
 
     Parameters
@@ -42,22 +33,23 @@ def rod_equations(
     Returns
     -------
     callable
-        Function that maps s and (x, y, φ) to their derivatives.
+        Function that maps s and (x, y, φ) to the derivatives of x, y and φ: a plain tuple, which
+        integrators read faster than a named one.
     """
     highest, *lower = reversed(mounting.coefficients)
     making, is_solid = mounting.making, mounting.is_solid
-    cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
+    cos_alpha, sin_alpha, power = math.cos(alpha), math.sin(alpha), theta**4
 
-    def derivative(s: float, state: FloatArray) -> Growth:
+    def derivative(s: float, state: FloatArray) -> tuple[float, float, float]:
         x, y, phi = state.tolist()  # single numbers are faster in Python than in NumPy
-        flexibility = theta**4 / (theta * s - theta - s) ** 4
+        flexibility = power / (theta * s - theta - s) ** 4
         if not is_solid:
             flexibility /= float(stiffness_factor(s, theta, making))
         moment = f * (cos_alpha * (x - x1) + sin_alpha * (y - y1))
         natural = highest
         for coefficient in lower:
             natural = natural * s + coefficient
-        return Growth(x=math.cos(phi), y=math.sin(phi), phi=flexibility * moment + natural)
+        return math.cos(phi), math.sin(phi), flexibility * moment + natural
 
     return derivative
 

@@ -130,6 +130,8 @@ def first_integral_fall(rate: "BPoly", part: float) -> float:
     part : float
         From 0, where the integral falls to 0, to 1, where it first falls.
     """
+    if rate.c.min() > 0.0:
+        return float("nan")
     integral = rate.antiderivative()
     turning = np.flatnonzero((rate.c.min(axis=0) <= 0.0) & (rate.c.max(axis=0) >= 0.0))
     turns = [_parts(rate, int(piece))[0] for piece in turning]

@@ -5,17 +5,23 @@ carry what made them (`vibrissa.tables.store`); captions and report have a mark.
 judged wherever they come from, and whatever Snakemake has recorded of them.
 """
 
+from __future__ import annotations
+
 import re
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vibrissa.errors import ComparisonError, DamagedTableError, VibrissaError
 from vibrissa.pipeline.places import PAPER, near
 from vibrissa.provenance import SCANNED, display_code
-from vibrissa.study.model import Study
 from vibrissa.tables import store
+
+# Jobs that name outdated files need no study file, whose checks take time to load.
+if TYPE_CHECKING:
+    from vibrissa.study.model import Study
 
 CAPTIONS, REPORT = "figures/captions.md", "report.html"
 # A mark in a text, as a comment of HTML or Markdown.

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibrissa.errors import StudyError
-from vibrissa.study.yaml12 import loaded, text_of
 
 if TYPE_CHECKING:
     from vibrissa.study.model import Study
@@ -35,6 +34,8 @@ def unsuitable(arguments: list[str]) -> str:
             )
     for option, value in pairwise(arguments):
         if option == "--configfile" and Path(value).is_file():
+            from vibrissa.study.yaml12 import loaded, text_of  # some tenths of a second to load
+
             # Snakemake, which reads it first, would name neither the file nor the line.
             try:
                 loaded(Path(value), text_of(Path(value)))

@@ -351,8 +351,8 @@ class Slip:
         self, contact: FloatArray | float, *slopes: FloatArray | float
     ) -> list[ContactForces]:
         """Resolve the forces on a tip at given positions (L), for each of several slopes."""
-        held = self._held(contact)
-        return [_resolved(held, slope) for slope in slopes]
+        loads = self._held(contact).reactions
+        return [contact_forces(loads[..., 0], loads[..., 1], slope) for slope in slopes]
 
     def _within(self, contact: float) -> float:
         """Move a tip that a long step has taken out of the computed states to the last of them."""
@@ -515,7 +515,8 @@ class Slip:
         height = 0.0 if plane else surface.height(place)
         held = self.stage.states(self.clamp, place, self.side, height)
         slope = 0.0 if plane else self.side * surface.slope(place)
-        tangential, normal = _resolved(held, slope)
+        loads = held.reactions
+        tangential, normal = contact_forces(loads[..., 0], loads[..., 1], slope)
         friction = self.model.kinetic_ratio * surface(place) * normal
         values = np.array([-way * tangential, friction, normal])
         forces = _Forces(breaks, cell.coefficients @ values.transpose(0, 2, 1))
@@ -531,12 +532,6 @@ class Slip:
                 return float(corners[np.argmin(np.abs(corners - place))])
         # At the edge of a patch a tip stops on the rougher side.
         return float(place + onward * 2.0 * tiny)
-
-
-def _resolved(held: Held, slope: FloatArray | float) -> ContactForces:
-    """Resolve the forces on a tip in given states of the rod, for a slope of the surface."""
-    loads = held.reactions
-    return contact_forces(loads[..., 0], loads[..., 1], slope)
 
 
 def _divided(breaks: FloatArray, longest: float) -> FloatArray:

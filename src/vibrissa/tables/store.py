@@ -8,6 +8,7 @@ those of now. Beside each table is its checksum, in a file for the command ``sha
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pyarrow as pa
@@ -138,6 +139,18 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
     return table.cast(schema.with_metadata(file.schema_arrow.metadata))
 
 
+def current_batches(path: str | Path, schema: pa.Schema, study_part: str) -> Iterator[pa.Table]:
+    """Yield the rows of a table a few at a time; refuse one that is damaged or not current.
+
+    Unlike `vibrissa.tables.query`, which selects rows, this does not load pandas.
+    """
+    need_current(path, study_part)
+    file = opened(path, schema)
+    with reading(path):
+        for batch in file.iter_batches():
+            yield pa.Table.from_batches([batch]).cast(schema)
+
+
 def need_current(path: str | Path, study_part: str) -> None:
     """Check that a table is the one that this code makes from this part of a study file.
 
@@ -172,12 +185,18 @@ def _other_study(made: Mapping[str, str], study_part: str) -> str:
 
 
 def _other_code(made: Mapping[str, str]) -> str:
-    found, current = made.get(CODE, ""), code_of(made.get(TABLE, ""))
+    found, current = made.get(CODE, ""), _running_code(made.get(TABLE, ""))
     if found == current:
         return ""
     parts = zip(found.split(", "), current.split(", "), strict=False)
     changes = [f"{was} (now {now})" for was, now in parts if was != now]
     return f"was made by other code: {', '.join(changes) or 'unknown'}"
+
+
+@cache
+def _running_code(table: str) -> str:
+    """Describe the code of a table once for all its chunks: all sources are read for it."""
+    return code_of(table)
 
 
 def _changed(path: str | Path) -> str:
