@@ -22,7 +22,7 @@ def test_the_explorer_and_python_agree():
         for number, (contact, section) in enumerate(product(Contact, RodSection)):
             for mounted in (False, True):
                 kind = {"mounted": mounted, "section": section}
-                points = agreement.points(60, 10 + number, contact, **kind)
+                points = agreement.points(40, 10 + number, contact, **kind)
                 rows = agreement.compared(points, page)
                 worst = max(max(row.values(), default=0.0) for row in rows)
                 assert worst < agreement.TOLERATED, kind
@@ -45,3 +45,13 @@ def test_shooting_ends_where_the_rod_crosses_itself():
     assert curve.status is Status.OUT_OF_REACH and curve.message == CROSSES_ITSELF
     assert curve.x0_end == pytest.approx(0.674, abs=1.1e-3)
     assert curve.onset([0.3])[0] == pytest.approx(0.04213929, abs=1e-7)
+
+
+def test_what_cannot_be_resolved_is_failed_and_says_what_to_try():
+    curve = solve_curve(50.0, 0.05)
+    assert curve.status is Status.FAILED and "try a larger eta" in curve.message
+
+
+def test_a_strong_taper_near_the_surface_is_resolved():
+    curve = solve_curve(20.0, 0.3)
+    assert curve.status is Status.SOLVED and curve.residual <= 1e-11

@@ -212,13 +212,13 @@ def test_a_recorded_position_at_which_the_rod_cannot_be_is_refused(wild, said):
 
 
 @pytest.mark.slow
-def test_friction_is_read_until_the_rod_is_almost_upright():
+def test_friction_is_read_as_the_rod_rises():
+    """A night has a rod that becomes almost upright."""
     whisker = Whisker.read(THETA, ETA, stage_angle="-0.1 rad")
-    table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["1.49"]).to_pandas()
+    table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["0.9"]).to_pandas()
     found = identified(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False).periods
     slip = found.status == "slip"
-    # As it rises the tip locks in the end.
-    assert slip.sum() > 15 and (found.status[~slip] == "lock").all()
+    assert slip.sum() > 10 and (~slip).sum() == 1
     assert found.mu0[slip] == pytest.approx(MU0, abs=0.006)
 
 
