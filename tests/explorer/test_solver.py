@@ -44,7 +44,7 @@ def test_both_solvers_agree(page, contact, mounted):
 
 @pytest.mark.parametrize(("contact", "mounted"), [("point", True), ("line", False)])
 def test_both_solvers_agree_on_rods_of_any_stiffness(page, contact, mounted):
-    points = agreement.points(6, 5, Contact(contact), mounted=mounted, stiffened=True)
+    points = agreement.points(10, 5, Contact(contact), mounted=mounted, stiffened=True)
     rows = agreement.compared(points, page)
     assert any("x0_slip" in row for row in rows) and any("x0_end" in row for row in rows)
     assert max(max(row.values(), default=0.0) for row in rows) < agreement.TOLERATED
