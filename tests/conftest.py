@@ -44,10 +44,17 @@ def _caches(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def _no_kept_curves():
-    """No test gets a curve that another one has solved."""
-    api._kept_curve.cache_clear()
-    forward.kept_responses.cache_clear()
+def _no_patched_curves(request):
+    """A test that may patch the solver neither gets a curve of another one nor leaves its own."""
+
+    def forget():
+        if "monkeypatch" in request.fixturenames:
+            api._kept_curve.cache_clear()
+            forward.kept_responses.cache_clear()
+
+    forget()
+    yield
+    forget()
 
 
 @pytest.fixture(scope="session")

@@ -1,11 +1,14 @@
 """Responses of rods without units."""
 
+from functools import lru_cache
+
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.scanning.slip import SlipModel
 from vibrissa.sensor import Whisker
 
 
+@lru_cache(64)
 def respond(theta, eta, contact="point", mounting=IDEAL, section="round"):
     kinds = {"contact": Contact(contact), "section": RodSection(section)}
     return Whisker(theta=theta, eta=eta, mounting=mounting, **kinds).response

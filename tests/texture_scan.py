@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import reference
 
-OFFSETS, HEIGHTS = 26, 5
+OFFSETS, HEIGHTS = 20, 3
 # Distance of the points of the surface at which the forces are computed in a slip, and its reach.
 FINE, FAR = 2e-5, 0.09
 

@@ -176,7 +176,7 @@ def test_differences_do_not_depend_on_how_many_rows_are_compared_together(
 
     together = found()
     assert len(together) == 3 and ("moved", "travel", 2, pytest.approx(0.69, abs=0.01)) in together
-    monkeypatch.setattr(reference, "AT_ONCE", 1)
+    monkeypatch.setattr(reference, "AT_ONCE", 4)
     assert sorted(found()) == sorted(together)
     bless(results, tmp_path / "r", LAYOUTS)
     assert told((results, tmp_path / "r")) == []
@@ -326,7 +326,7 @@ def test_infinite_numbers_are_null_in_json(tmp_path, blessed, stiction):
 def test_a_reference_is_written_a_part_at_a_time(blessed, monkeypatch):
     results, folder = blessed
     whole = {path.name: path.read_text() for path in folder.glob("*.csv")}
-    monkeypatch.setattr(reference, "AT_ONCE", 1)
+    monkeypatch.setattr(reference, "AT_ONCE", 4)
     monkeypatch.setattr(query, "ROWS", 1)
     bless(results, folder, LAYOUTS)
     for name, text in whole.items():

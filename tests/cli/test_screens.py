@@ -5,6 +5,7 @@ anew; read the difference before you commit it.
 """
 
 import shlex
+from contextlib import chdir
 
 import numpy as np
 import pandas as pd
@@ -91,12 +92,12 @@ def table_of(path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_prints_and_writes_as_before(name, snapshot, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_command_prints_and_writes_as_before(name, snapshot, tmp_path):
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     text = []
     for command in COMMANDS[name].split(" && "):
-        found = CliRunner().invoke(app, shlex.split(command))
+        with chdir(tmp_path):
+            found = CliRunner().invoke(app, shlex.split(command))
         text += [f"exit code {found.exit_code}", found.stdout, found.stderr]
     for path in tmp_path.glob("out.*"):
         text += table_of(path)

@@ -8,7 +8,7 @@ import pytest
 import reference
 from responses import respond
 from vibrissa import Mounting, solve_curve, solve_onset, solve_state
-from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
+from vibrissa.design import MATERIALS, DesignStatus, Requirements, design, pairs
 from vibrissa.design.candidate import GRAVITY
 from vibrissa.design.pairs import survey
 from vibrissa.errors import ArgumentError, NoResponseError
@@ -17,6 +17,7 @@ from vibrissa.outcomes import Contact
 from vibrissa.scanning import surfaces
 from vibrissa.sensor import identify, preset, scan
 from vibrissa.sensor.tolerances import TOLERABLE
+from vibrissa.sticking.curve import failed_curve
 
 SENSOR = preset("nano17-si-12-0.12")
 WIRE = MATERIALS["music-wire"]
@@ -243,7 +244,8 @@ def test_which_constraint_leaves_nothing():
     ).all()
 
 
-@pytest.mark.slow
-def test_no_curve_is_said_so():
-    with pytest.raises(NoResponseError, match="no rod of the given theta and eta could be solved"):
-        design(asked(**PAPER | {"theta": "50", "eta": "0.05"}))
+def test_no_curve_is_said_so(monkeypatch):
+    failed = failed_curve(theta=2.0, eta=0.85, method="collocation", message="no luck")
+    monkeypatch.setattr(pairs, "solve_curves", lambda theta, *_: [failed] * len(theta))
+    with pytest.raises(NoResponseError, match=r"no rod of the .* could be solved; .* one: no luck"):
+        design(asked(**PAPER))

@@ -36,8 +36,8 @@ def solved(page, expression, **rod):
 @pytest.mark.parametrize("contact", Contact)
 @pytest.mark.parametrize("mounted", [False, True])
 def test_both_solvers_agree(page, contact, mounted):
-    rows = agreement.compared(agreement.points(25, 2, contact, mounted=mounted), page)
-    assert len(rows) == 25 and any("x0_slip" in row for row in rows)
+    rows = agreement.compared(agreement.points(10, 2, contact, mounted=mounted), page)
+    assert len(rows) == 10 and any("x0_slip" in row for row in rows)
     assert any("x0_end" in row for row in rows)
     assert max(max(row.values(), default=0.0) for row in rows) < agreement.TOLERATED
 
@@ -187,8 +187,8 @@ def test_a_planar_path_ends_at_the_same_place(page, theta, eta, contact, mountin
     assert end == [why, pytest.approx(curve.x0_end, abs=1e-9)]
 
 
-@pytest.mark.parametrize(("theta", "eta"), [(7.0375, 0.4416), (4.4009, 0.4129), (7.6272, 0.5264)])
-def test_a_rod_ends_where_its_tip_reaches_it(page, theta, eta):
+def test_a_rod_ends_where_its_tip_reaches_it(page):
+    theta, eta = 7.0375, 0.4416
     found = solved(
         page,
         "[path.x0End, path.pushed.why, ...[0, -1].map((at) => path.pushed.knots.at(at).state)"

@@ -154,7 +154,7 @@ def damaged(draw):
 
 
 @pytest.mark.slow
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(damaged(), st.booleans())
 def test_damage_is_named_or_does_no_harm(tmp_path_factory, data, rod):
     found = identified(data, tmp_path_factory.mktemp("damaged"), WHISKER if rod else None)
@@ -162,7 +162,7 @@ def test_damage_is_named_or_does_no_harm(tmp_path_factory, data, rod):
 
 
 @pytest.mark.slow
-@settings(deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(damaged())
 def test_damage_is_imported_or_refused_by_a_message(data):
     found = imported(data)

@@ -24,10 +24,10 @@ from vibrissa.sensor.identification import slope
 from vibrissa.sensor.identification.recording import Method
 
 RESPONSE = respond(2.0, 0.85)
-STAGE = path("0.0005", ["0.25", "0.1", "0.2"])
+STAGE = path("0.001", ["0.25", "0.1", "0.2"])
 # Of a steel whisker that is read at the resolution of its transducer.
 PLACES = ("contact", "footpoint")
-few = settings(max_examples=8)
+few = settings(max_examples=5)
 
 
 def moved(surface, by):
@@ -73,7 +73,7 @@ def test_a_scan_moves_with_its_surface(by, law, start):
 
 
 @pytest.mark.slow
-@settings(max_examples=3)
+@settings(max_examples=2)
 @given(by=st.floats(-30.0, 30.0))
 def test_friction_does_not_depend_on_where_the_stage_counts_from(by):
     _, recording = recorded()

