@@ -44,7 +44,7 @@ def shifts(name):
     # A rod of another length has the same surface in m.
     for values, true_values, both, noise in (
         (found.located.x, truth.contact, found.x_deviation, found.x_noise),
-        (found.height, truth.lift, found.height_deviation, found.height_noise),
+        (found.height, truth.height, found.height_deviation, found.height_noise),
     ):
         shift = np.abs(values - true_values[rows] * length / 0.1)
         yield shift, np.sqrt(both**2 - noise**2)
