@@ -245,6 +245,13 @@ def test_a_window_that_contains_load_is_refused_with_the_part_that_would_do(sign
     assert zeros["force_y"].value == pytest.approx(-0.1, abs=2e-3)
 
 
+def test_a_window_among_rows_that_may_be_loaded_is_compared_with_those_farther_away(signals):
+    data, *_ = in_air_before_and_after(signals, 0.0)
+    found = import_recording(data, Settings.read(tare="3.7 s, 3.9 s"))
+    (said,) = (line for line in found.report() if "agree" in line)
+    assert said.startswith("the zeros after the scan agree: ")
+
+
 def test_a_window_at_rest_on_the_surface_is_refused(signals):
     data, begin, end = in_air_before_and_after(signals, 0.0)
     with pytest.raises(
