@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,14 @@ from vibrissa.numerics.arrays import FloatArray
 SHAPE_TOLERANCE = 1e-12
 
 
+class Growth(NamedTuple):
+    """Derivatives of the position (x, y) and of the slope φ with respect to s."""
+
+    x: float
+    y: float
+    phi: float
+
+
 def rod_equations(
     theta: float,
     f: float,
@@ -20,7 +29,7 @@ def rod_equations(
     x1: float,
     y1: float,
     mounting: Mounting = IDEAL,
-) -> Callable[[float, FloatArray], tuple[float, float, float]]:
+) -> Callable[[float, FloatArray], Growth]:
     """Make a function that evaluates the differential equations of the rod, paper equation (2).
 
     Parameters
@@ -33,14 +42,13 @@ def rod_equations(
     Returns
     -------
     callable
-        Function that maps s and (x, y, φ) to the derivatives of x, y and φ: a plain tuple, which
-        integrators read faster than a named one.
+        Function that maps s and (x, y, φ) to their derivatives.
     """
     highest, *lower = reversed(mounting.coefficients)
     making, is_solid = mounting.making, mounting.is_solid
     cos_alpha, sin_alpha, power = math.cos(alpha), math.sin(alpha), theta**4
 
-    def derivative(s: float, state: FloatArray) -> tuple[float, float, float]:
+    def derivative(s: float, state: FloatArray) -> Growth:
         x, y, phi = state.tolist()  # single numbers are faster in Python than in NumPy
         flexibility = power / (theta * s - theta - s) ** 4
         if not is_solid:
@@ -49,7 +57,7 @@ def rod_equations(
         natural = highest
         for coefficient in lower:
             natural = natural * s + coefficient
-        return math.cos(phi), math.sin(phi), flexibility * moment + natural
+        return Growth(x=math.cos(phi), y=math.sin(phi), phi=flexibility * moment + natural)
 
     return derivative
 
