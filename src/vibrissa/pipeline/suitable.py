@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 DIRECTORY = ("--directory", "-d")
 DRY_RUN = ("--dry-run", "--dryrun", "-n")
 PROFILE = ("--workflow-profile", "--profile")
+STUDY_FILE = ("--configfile", "--configfiles")
 
 
 def unsuitable(arguments: list[str]) -> str:
@@ -32,15 +33,19 @@ def unsuitable(arguments: list[str]) -> str:
                 "error: there is no SLURM on this machine (no command sbatch). Run the command on "
                 "the login node of a cluster, or without PROFILE on this machine"
             )
-    for option, value in pairwise(arguments):
-        if option == "--configfile" and Path(value).is_file():
-            from vibrissa.study.yaml12 import loaded, text_of  # some tenths of a second to load
+    for file in _study_files(arguments):
+        if not file.is_file():
+            return (
+                f"error: there is no study file {file}. All that follows --configfile, up to the "
+                "next option, are study files: write what to make before it"
+            )
+        from vibrissa.study.yaml12 import loaded, text_of  # some tenths of a second to load
 
-            # Snakemake, which reads it first, would name neither the file nor the line.
-            try:
-                loaded(Path(value), text_of(Path(value)))
-            except StudyError as error:
-                return str(error)
+        # Snakemake, which reads it first, would name neither the file nor the line.
+        try:
+            loaded(file, text_of(file))
+        except StudyError as error:
+            return str(error)
     return ""
 
 
@@ -51,6 +56,17 @@ def readings(study: "Study") -> "list[Mistake]":
     from vibrissa.readings.checks import misfits
 
     return misfits(study)
+
+
+def _study_files(arguments: list[str]) -> list[Path]:
+    """Return the files that follow ``--configfile`` up to the next option."""
+    files, option = [], ""
+    for argument in arguments:
+        if argument.startswith("-"):
+            option = argument
+        elif option in STUDY_FILE:
+            files.append(Path(argument))
+    return files
 
 
 def _executor(arguments: list[str]) -> str:
