@@ -4,7 +4,7 @@ from functools import lru_cache
 
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.scanning.slip import SlipModel
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.sensor import Whisker
 
 

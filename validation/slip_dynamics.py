@@ -31,7 +31,7 @@ from vibrissa.outcomes import SlipLaw
 from vibrissa.scanning.cycles import steady_travel
 from vibrissa.scanning.response import responses
 from vibrissa.scanning.rods import MountedRod
-from vibrissa.scanning.slip import SlipModel
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.wording import markdown_table
 
 THETAS, FRICTIONS, ETA = (1.0, 2.0, 4.0), (0.2, 0.3, 0.4), 0.85

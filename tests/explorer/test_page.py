@@ -31,7 +31,8 @@ from vibrissa.explorer.page import (
     style,
 )
 from vibrissa.scanning import surfaces
-from vibrissa.scanning.slip import Slip, SlipModel
+from vibrissa.scanning.slip import Slip
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.stage import Stage
 
 needs_chromium = [

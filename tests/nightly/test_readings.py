@@ -16,7 +16,7 @@ from vibrissa.design.pairs import survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.outcomes import Method, ReadingStatus
 from vibrissa.readings.reading import Bench, generator_of, read_once
-from vibrissa.scanning.slip import FREE_SLIP
+from vibrissa.scanning.slip_model import FREE_SLIP
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sensor import Setup
 from vibrissa.tables import schemas, store

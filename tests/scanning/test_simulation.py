@@ -11,14 +11,15 @@ from responses import by_law, respond
 from steel import SENSOR
 from vibrissa import Mounting, stick_slip
 from vibrissa.errors import ArgumentError, EndedScanError
-from vibrissa.outcomes import RodSection
+from vibrissa.outcomes import RodSection, SlipLaw
 from vibrissa.quantities.units import Units
 from vibrissa.scanning import surfaces
 from vibrissa.scanning.cycles import steady_travel
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.scan import Outcome, TipPhase, TipSide
 from vibrissa.scanning.simulation import simulate
-from vibrissa.scanning.slip import Slip, SlipLaw, SlipModel
+from vibrissa.scanning.slip import Slip
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.stage import Stage, path
 from vibrissa.sensor import Whisker, scan
 from vibrissa.sensor.surface_texts import read_surface

@@ -10,12 +10,11 @@ import texture_scan
 from responses import by_law, respond
 from vibrissa import Mounting
 from vibrissa.errors import ArgumentError, NoResponseError
-from vibrissa.outcomes import Contact
+from vibrissa.outcomes import Contact, SlipLaw
 from vibrissa.scanning import surfaces, textures
 from vibrissa.scanning.phase_locking import locking_of, settled_rests, travel_on_slope
 from vibrissa.scanning.scan import Outcome, TipPhase
 from vibrissa.scanning.simulation import simulate
-from vibrissa.scanning.slip import SlipLaw
 from vibrissa.scanning.stage import path, stage_of
 from vibrissa.sensor import Whisker
 

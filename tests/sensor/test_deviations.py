@@ -9,7 +9,7 @@ from validation.sensor import bench
 from validation.sensor.bench_rod import Rod
 from validation.sensor.mistakes import MISTAKES
 from vibrissa.scanning.cycles import move
-from vibrissa.scanning.slip import SlipModel
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sensor import Setup
 from vibrissa.sensor.deviations import Deviations, Prior, drawn, recorded, sloped, transduced

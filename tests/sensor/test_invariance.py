@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from responses import by_law, respond
 from steel import NOISE, identified, recording_of
 from vibrissa.mechanics.rod import Rod
+from vibrissa.outcomes import SlipLaw
 from vibrissa.scanning import surfaces, tip
 from vibrissa.scanning.simulation import simulate
-from vibrissa.scanning.slip import SlipLaw
 from vibrissa.scanning.stage import path
 from vibrissa.sensor import Whisker, scan, solve
 from vibrissa.sensor.identification import slope

@@ -6,7 +6,7 @@ from typing import Any
 
 from vibrissa.scanning import surfaces as scanned
 from vibrissa.scanning import textures
-from vibrissa.scanning.slip import SlipModel
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.textures import Texture
 from vibrissa.study.axes import FRICTION_AXES, LAW_AXES

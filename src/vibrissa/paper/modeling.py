@@ -15,7 +15,7 @@ from vibrissa.paper.ledger import Finding, Quantities, judges
 from vibrissa.scanning.cycles import steady_travel
 from vibrissa.scanning.response import responses
 from vibrissa.scanning.rods import MountedRod
-from vibrissa.scanning.slip import SlipModel
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.solving import shooting
 

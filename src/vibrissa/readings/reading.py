@@ -17,7 +17,7 @@ from vibrissa.quantities.units import Kind, Quantity
 from vibrissa.scanning.cycles import StageMaker, move
 from vibrissa.scanning.rods import distance_at
 from vibrissa.scanning.scan import Scan
-from vibrissa.scanning.slip import SlipModel
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.deviations import Deviations, Prior, Recorded, recorded
 from vibrissa.sensor.identification.identify import identify_by

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from vibrissa.scanning.scan import Outcome as Outcome
     from vibrissa.scanning.scan import Scan as Scan
     from vibrissa.scanning.simulation import simulate as simulate
-    from vibrissa.scanning.slip import SlipLaw as SlipLaw
-    from vibrissa.scanning.slip import SlipModel as SlipModel
+    from vibrissa.scanning.slip_model import SlipLaw as SlipLaw
+    from vibrissa.scanning.slip_model import SlipModel as SlipModel
     from vibrissa.scanning.stage import path as path
     from vibrissa.scanning.stage import stage_of as stage_of
     from vibrissa.scanning.surfaces import Surface as Surface
@@ -33,7 +33,7 @@ __getattr__, __all__ = attached(
         "rods": "MountedRod",
         "scan": "Outcome Scan",
         "simulation": "simulate",
-        "slip": "SlipLaw SlipModel",
+        "slip_model": "SlipLaw SlipModel",
         "stage": "path stage_of",
         # Last, as the reference documents the members of a module where it is listed.
         "surfaces": "Surface surfaces",

@@ -16,11 +16,13 @@ from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError, EndedScanError, NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import step_position
+from vibrissa.outcomes import SlipLaw
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.scanning.scan import Outcome, Scan
 from vibrissa.scanning.simulation import simulate
-from vibrissa.scanning.slip import FREE_SLIP, Slip, SlipLaw, SlipModel
+from vibrissa.scanning.slip import Slip
+from vibrissa.scanning.slip_model import FREE_SLIP, SlipModel
 from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
 from vibrissa.scanning.textures import Texture
@@ -266,15 +268,15 @@ def as_far_as_possible(
     return replace(found, outcome=Outcome.OUT_OF_REACH, message=str(reason))
 
 
-def _first_turns(turns: Sequence[Decimal], way: Decimal) -> list[Decimal]:
-    """Return the turning points of the first part of a path, as long as `way` (L)."""
+def _first_turns(turns: Sequence[Decimal], length: Decimal) -> list[Decimal]:
+    """Return the turning points of the first part of a path, of a given length (L)."""
     found, at = list[Decimal](), exact(0)
     for turn in turns:
-        length = abs(turn - at)
-        if way <= length:
-            return [*found, at + (way if turn > at else -way)]
+        part = abs(turn - at)
+        if length <= part:
+            return [*found, at + (length if turn > at else -length)]
         found.append(turn)
-        at, way = turn, way - length
+        at, length = turn, length - part
     return found
 
 

@@ -137,12 +137,12 @@ class Periods(Batch):
 
 
 def periods_of(ends: Sequence[PeriodEnd], clamp: FloatArray) -> Periods:
-    """Describe the periods that end at `ends` on the way of a scan's clamp (L)."""
+    """Describe the periods that end at `ends`, for the positions of a scan's clamp (L)."""
     tips = [end.tip for end in ends]
     stop = np.array([end.stop for end in ends], dtype=np.int64)
     # Each period begins in the step of the slip that ends the one before.
     begin, last = np.append(0, stop)[:-1], stop - 1
-    way = np.append(0.0, np.cumsum(np.abs(np.diff(clamp))))
+    travelled = np.append(0.0, np.cumsum(np.abs(np.diff(clamp))))
     onset = np.array([end.until for end in ends])
     side = np.array([tip.side for tip in tips], dtype=np.int64)
     contact = np.array([tip.contact for tip in tips])
@@ -161,7 +161,7 @@ def periods_of(ends: Sequence[PeriodEnd], clamp: FloatArray) -> Periods:
         onset=onset,
         slip=clamp_in_slip,
         steps=last - begin,
-        travel=way[last] - way[begin] + np.abs(onset - clamp[last]),
+        travel=travelled[last] - travelled[begin] + np.abs(onset - clamp[last]),
         contact=contact,
         contact_rest=contact_rest,
         side=side,

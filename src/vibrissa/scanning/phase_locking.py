@@ -65,11 +65,11 @@ def locking_of(places: FloatArray, wavelength: float) -> Locking | None:
     Locking(slips=2, waves=1)
     """
     for slips in range(1, MOST_SLIPS + 1):
-        ways = (places[slips:] - places[:-slips]) / wavelength
-        if len(ways) < COMPARED:
+        distances = (places[slips:] - places[:-slips]) / wavelength
+        if len(distances) < COMPARED:
             return None
-        waves = round(float(ways.mean()))
-        if waves and np.abs(ways - waves).max() < REPEATED:
+        waves = round(float(distances.mean()))
+        if waves and np.abs(distances - waves).max() < REPEATED:
             return Locking(slips=slips, waves=waves)
     return None
 

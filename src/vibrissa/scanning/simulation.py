@@ -18,7 +18,9 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.periods import EndsBy, PeriodEnd
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.scan import Outcome, Scan, TipPhase, TipSide
-from vibrissa.scanning.slip import FREE_SLIP, Flight, Lost, Slip, SlipEnd, SlipModel
+from vibrissa.scanning.slide import Lost
+from vibrissa.scanning.slip import Flight, Slip, SlipEnd
+from vibrissa.scanning.slip_model import FREE_SLIP, SlipModel
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.tip import ClampPath, EndOfSticking, Margin, Tip

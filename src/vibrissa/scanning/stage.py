@@ -58,15 +58,15 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
     size = exact(step)
     if not size > 0:
         raise ArgumentError(f"step must be positive, got {step}")
-    ways = np.diff([0, *(_steps_to(turn, size) for turn in turns)])
-    if (total := abs(ways).sum()) > MOST_STEPS:
+    steps = np.diff([0, *(_steps_to(turn, size) for turn in turns)])
+    if (total := abs(steps).sum()) > MOST_STEPS:
         raise ArgumentError(
             f"the step is too small: the path has {total:.3g} steps, more than {MOST_STEPS:,}"
         )
-    if not ways.all():
+    if not steps.all():
         raise ArgumentError("each part of the path must be at least one step long")
-    way = np.repeat(np.sign(ways), np.abs(ways))
-    return step_position(np.append(0, np.cumsum(way)), size)
+    signs = np.repeat(np.sign(steps), np.abs(steps))
+    return step_position(np.append(0, np.cumsum(signs)), size)
 
 
 def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:

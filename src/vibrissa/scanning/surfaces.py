@@ -184,8 +184,8 @@ class Surface:
             face = Face(slope=0.0, mu0=mu0)
             return Footing(contact=contact, height=0.0, mu0=mu0, ahead=face, behind=face)
         ahead, behind = (
-            np.clip(contact + way * side * nothing(contact), self.start, self.stop)
-            for way in (1, -1)
+            np.clip(contact + direction * side * nothing(contact), self.start, self.stop)
+            for direction in (1, -1)
         )
         return Footing(
             contact=contact,

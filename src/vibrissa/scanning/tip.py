@@ -209,14 +209,14 @@ class Tip:
                 return EndOfSticking(stop=stop, until=high if path.positions[stop] > high else low)
         return EndOfSticking(stop=len(path), until=np.nan)
 
-    def _limit(self, begin: float, end: float, way: float) -> float:
+    def _limit(self, begin: float, end: float, direction: float) -> float:
         """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
         from scipy.optimize import brentq  # a tenth of a second to load
 
         if begin == end:
-            return way * np.inf
+            return direction * np.inf
         states, _ = self.held(begin)
-        stretch = way * float(states.x0_end - states.x0_pull)
+        stretch = direction * float(states.x0_end - states.x0_pull)
         while begin != end:
             until = begin + stretch if abs(stretch) < abs(end - begin) else end
             clamp, left = self._looked(np.linspace(begin, until, LOOKS))
@@ -228,7 +228,7 @@ class Tip:
                     return float(before)
                 return float(brentq(self._least, before, after, xtol=1e-14))
             begin = until
-        return way * np.inf
+        return direction * np.inf
 
     def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Add clamp positions at minima of the least margin; return positions and that margin."""

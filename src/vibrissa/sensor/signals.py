@@ -6,11 +6,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.outcomes import SlipLaw
 from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Quantity, Units
 from vibrissa.scanning.cycles import move
 from vibrissa.scanning.scan import Scan, TipPhase, TipSide
-from vibrissa.scanning.slip import SlipLaw, SlipModel
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Whisker

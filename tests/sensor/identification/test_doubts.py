@@ -6,9 +6,9 @@ import pytest
 from responses import by_law, respond
 from steel import NOISE, measured, recording_of
 from steel import identified as friction_in
+from vibrissa.outcomes import SlipLaw
 from vibrissa.scanning import surfaces
 from vibrissa.scanning.simulation import simulate
-from vibrissa.scanning.slip import SlipLaw
 from vibrissa.scanning.stage import path
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.identification.periods import Check, Grade
