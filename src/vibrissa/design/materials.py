@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Self
 
 from vibrissa.errors import ArgumentError
-from vibrissa.quantities.keys import Card, Positive
+from vibrissa.quantities.keys import Card, Positive, Presets
 from vibrissa.quantities.units import Kind
 from vibrissa.sensor.setup import Setup
 
@@ -56,7 +56,7 @@ class Material(Card):
         return self.model_copy(update={"modulus": modulus, "yield_strain": strain})
 
 
-MATERIALS = Material.presets(Path(__file__).with_name("materials.toml"))
+MATERIALS = Presets(Material, Path(__file__).with_name("materials.toml"))
 
 
 def stated_material(setup: Setup) -> Material | None:

@@ -2,10 +2,11 @@
 
 import json
 import tomllib
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 
@@ -98,12 +99,6 @@ class Card(Keyed):
     source: str
 
     @classmethod
-    def presets(cls, path: Path) -> dict[str, Self]:
-        """Read the presets from a TOML file, which has a table for each preset."""
-        cards = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-        return {name: cls.validated(card) for name, card in cards.items()}
-
-    @classmethod
     def named(cls, name: str, presets: Mapping[str, Self]) -> Self:
         """Look up a preset by its name, or read the user's file, such as ``"my.toml"``.
 
@@ -122,6 +117,35 @@ class Card(Keyed):
                 f"{name!r}"
             )
         return presets[name.lower()]
+
+
+CardType = TypeVar("CardType", bound=Card)
+
+
+class Presets(Mapping[str, CardType]):
+    """Cards of a TOML file, which has a table for each. A card is read when it is asked for.
+
+    Its units need Pint, which takes longer to load than a command without them.
+    """
+
+    def __init__(self, card_type: type[CardType], path: Path) -> None:
+        self._card_type, self._path = card_type, path
+
+    @cached_property
+    def _texts(self) -> dict[str, Any]:
+        return tomllib.loads(self._path.read_text(encoding="utf-8-sig"))
+
+    def __getitem__(self, name: str) -> CardType:
+        """Return the card of a name."""
+        return self._card_type.validated(self._texts[name])
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._texts)
+
+    def __len__(self) -> int:
+        """Return the number of cards."""
+        return len(self._texts)
 
 
 def read_keys(path: Path | str) -> dict[str, Any]:

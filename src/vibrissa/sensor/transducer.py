@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.quantities.keys import Card, NotNegative, Positive
+from vibrissa.quantities.keys import Card, NotNegative, Positive, Presets
 from vibrissa.quantities.units import Units, channels_in_si
 
 CHANNELS = ("force_x", "force_y", "moment_z")
@@ -86,7 +86,7 @@ def transducer_of(transducer: Transducer | str, units: Units) -> Transducer:
     return preset(transducer) if isinstance(transducer, str) else transducer
 
 
-PRESETS = Transducer.presets(Path(__file__).with_name("transducers.toml"))
+PRESETS = Presets(Transducer, Path(__file__).with_name("transducers.toml"))
 
 
 def preset(name: str) -> Transducer:
