@@ -21,7 +21,7 @@ PUBLIC = {
     f"{thing.__module__}.{name}": thing
     for package in ("vibrissa", "vibrissa.sensor", "vibrissa.design")
     for name in import_module(package).__all__
-    if hasattr(thing := getattr(import_module(package), name), "__module__")
+    if callable(thing := getattr(import_module(package), name))
 }
 # No docstring; no summary, or one that is indented, without a period or of several lines.
 OF_ALL = {"GL08", "SS01", "SS03", "SS04", "SS06"}
