@@ -7,7 +7,13 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 from scipy.special import lambertw
 
-from vibrissa.numerics.roots import bracketed_root, first_fall, first_integral_fall, first_reached
+from vibrissa.numerics.roots import (
+    bracketed_root,
+    first_fall,
+    first_integral_fall,
+    first_reached,
+    sampled_root,
+)
 
 
 @given(st.lists(st.floats(1e-6, 50.0), min_size=1, max_size=5))
@@ -141,3 +147,61 @@ def test_an_integral_first_falls_where_its_rate_does():
 def test_an_integral_falls_to_a_larger_part_earlier(pieces, parts):
     low, high = (first_integral_fall(bernstein(*pieces), part) for part in sorted(parts))
     assert np.isnan(low) or high <= low + 1e-12
+
+
+# --- Roots among samples ---
+
+
+def sampled(function, places):
+    """The first root among samples of a function, and how often it was computed for that."""
+    calls = []
+
+    def counted(x):
+        calls.append(x)
+        return function(x)
+
+    values = function(places)
+    last = int(np.flatnonzero(values[1:] <= 0.0)[0])
+    return sampled_root(counted, places, values, last), len(calls)
+
+
+@given(st.floats(0.01, 0.99), st.sampled_from([1.0, -1.0]))
+def test_the_root_of_a_smooth_function_is_found_at_once(root, direction):
+    places = direction * np.linspace(0.0, 1.0, 258)
+    found, calls = sampled(lambda x: np.exp(-direction * x) - np.exp(-root), places)
+    assert found == pytest.approx(direction * root, abs=2e-15)
+    assert calls == 1
+
+
+# A kink next to the root: closer than samples are, or closer than the function is computed.
+@pytest.mark.parametrize("beyond", [1e-3, 1e-7, 1e-9])
+def test_a_root_beside_a_kink_is_found(beyond):
+    kink = 0.5
+    root = kink + beyond
+    found, _ = sampled(
+        lambda x: np.minimum(1.0 - x, 1.0 - kink - (1.0 - kink) / beyond * (x - kink)),
+        np.linspace(0.0, 1.0, 258),
+    )
+    assert found == pytest.approx(root, abs=2e-15)
+
+
+@pytest.mark.parametrize("before", [1e-6, 1e-7, 1e-8, 1e-9])
+def test_a_root_just_after_a_slight_kink_is_found(before):
+    more, kink = 1e-4, 0.5 - before
+    found, _ = sampled(
+        lambda x: 0.5 - x - more * np.maximum(x - kink, 0.0), np.linspace(0.0, 1.0, 258)
+    )
+    assert found == pytest.approx(kink + before / (1.0 + more), abs=2e-13)
+
+
+@pytest.mark.parametrize("steepness", [10.0, 1e3, 1e5, 1e7])
+def test_a_root_on_a_steep_slope_is_found(steepness):
+    found, _ = sampled(
+        lambda x: np.tanh(steepness * (0.3 - x)) - x + 0.3, np.linspace(0.0, 1.0, 258)
+    )
+    assert found == pytest.approx(0.3, abs=1e-14)
+
+
+def test_a_root_at_a_jump_is_found():
+    found, _ = sampled(lambda x: np.where(x < 0.3, 1.0, -1.0), np.linspace(0.0, 1.0, 258))
+    assert found == pytest.approx(0.3, abs=1e-13)

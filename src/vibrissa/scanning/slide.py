@@ -28,9 +28,10 @@ Distance = TypeVar("Distance", float, FloatArray)
 
 # Relative error of a length by rounding.
 ROUNDED = 1e-9
-# Ends of the parts of a slide in which its end is sought, one after the other (L): a slide is
-# shorter than two rods.
-SOUGHT = (0.0, 0.005, 0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.25, 0.4, 0.6, 1.0, 2.0)
+# Cells in the first part of a slide in which its end is sought; the next ones end twice as far.
+CELLS = 20
+# No slide is longer (L).
+LONGEST = 2.0
 
 
 class Lost(StrEnum):
@@ -302,8 +303,9 @@ class Slide(RestingClamp):
         known = max(abs(end - self.begin), nothing(self.begin))
         if self.surface.texture is None:
             known = min(self._longest(), known)
-        ends = np.array(SOUGHT)
-        return np.append(ends[ends < known], known) if known < ends[-1] else ends
+        first, longest = CELLS * self._cell.longest, min(known, LONGEST)
+        ends = first * 2.0 ** np.arange(np.ceil(np.log2(LONGEST / first)))
+        return np.concatenate([[0.0], ends[ends < longest], [longest]])
 
     def _breaks(self, begin: float, end: float) -> FloatArray:
         """Distances that divide a part of the slide into cells (L)."""

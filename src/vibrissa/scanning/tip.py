@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.roots import sampled_root
 from vibrissa.scanning.stage import Held, Stage
 from vibrissa.scanning.surfaces import Footing
 
@@ -211,8 +212,6 @@ class Tip:
 
     def _limit(self, begin: float, end: float, direction: float) -> float:
         """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
-        from scipy.optimize import brentq  # a tenth of a second to load
-
         if begin == end:
             return direction * np.inf
         states, _ = self.held(begin)
@@ -222,11 +221,10 @@ class Tip:
             clamp, left = self._looked(np.linspace(begin, until, LOOKS))
             out = np.flatnonzero(left[1:] <= 0.0)
             if len(out):
-                before, after = clamp[out[0]], clamp[out[0] + 1]
                 # The first position may be at the end of sticking, up to rounding.
                 if left[out[0]] <= 0.0:
-                    return float(before)
-                return float(brentq(self._least, before, after, xtol=1e-14))
+                    return float(clamp[out[0]])
+                return sampled_root(self._least, clamp, left, int(out[0]))
             begin = until
         return direction * np.inf
 
