@@ -7,10 +7,14 @@ import pytest
 from typer.testing import CliRunner
 
 from adjusted import GIVEN, bias, carried, identify, recorded
-from steel import NOISE, write
+from steel import NOISE, identified, recording_of, write
 from vibrissa import Mounting
 from vibrissa.cli.app import app
 from vibrissa.errors import NoResponseError
+from vibrissa.scanning import surfaces
+from vibrissa.scanning.simulation import simulate
+from vibrissa.scanning.stage import path
+from vibrissa.sensor import Whisker
 from vibrissa.sensor.identification.forward import forward_models
 
 
@@ -124,6 +128,21 @@ def test_a_clamp_does_not_yield_less_than_a_rigid_one():
     (adjusted,) = [one.size for one in found.estimates if one.parameter.of == "clamp_compliance"]
     assert adjusted >= 0.0
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
+
+
+@pytest.mark.slow
+def test_the_friction_is_that_of_the_expected_clamp_not_of_the_likeliest_one():
+    # The likeliest clamp of all that yield by 0 ± 0.005 is rigid; the mean one yields by this:
+    mean = 0.005 * np.sqrt(2.0 / np.pi)
+    yielding = Whisker(theta=3.0, eta=0.85, mounting=Mounting(clamp_compliance=mean))
+    truth = simulate(yielding.response, surfaces.constant(0.3), path("0.001", ["0.25"]))
+    recording = recording_of(truth.clamp, truth.reactions)
+    known = identified(yielding, recording, noise=NOISE, tolerances={"clamp_compliance": "exact"})
+    stated = identified(Whisker(theta=3.0, eta=0.85), recording, noise=NOISE)
+    (compliance,) = [one for one in stated.estimates if one.parameter.of == "clamp_compliance"]
+    # The recording hardly tells: the fit is far from the truth, and the friction is not.
+    assert compliance.size < 0.5 * mean
+    assert stated.summary().mean == pytest.approx(known.summary().mean, abs=1e-4)
 
 
 @pytest.mark.slow

@@ -52,6 +52,18 @@ class Fit:
         free = self.task.free
         return np.asarray(self.p[free] / self.task.sigma[free])
 
+    @property
+    def bounds(self) -> FloatArray:
+        """Least and largest allowed p/σ, shape (2, f)."""
+        task = self.task
+        low, high = np.array([(parameter.low, parameter.high) for parameter in task.parameters]).T
+        if self.model.heights.x0_touch <= self.u.max():
+            # A rod that is curved towards the surface arches over it before its tip is level.
+            curvature = task.number["curvature"]
+            given = self.model.given.mounting.coefficients[0]
+            high[curvature] = min(high[curvature], max(0.0, -given))
+        return np.asarray(np.stack([low, high])[:, task.free] / task.sigma[task.free])
+
     @cached_property
     def rows(self) -> BoolArray:
         """Whether each block belongs to a period to which the set-up is fitted, shape (n,)."""

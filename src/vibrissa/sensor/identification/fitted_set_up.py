@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.identification.bounded import mean_within
 from vibrissa.sensor.identification.fit import Fit
 from vibrissa.sensor.identification.linearisation import HeightsOfTips, Linearisation
 from vibrissa.sensor.identification.task import Task
@@ -61,6 +62,21 @@ class FittedSetUp:
         """Covariance of the errors of p that remain after the fit, shape (f, f)."""
         sigma = self.task.sigma[self.task.free]
         return np.asarray(self.remaining * np.outer(sigma, sigma))
+
+    @cached_property
+    def unexpected(self) -> FloatArray:
+        """Expected p less the fitted p, of the parameters that are not exact, shape (f,).
+
+        The fit is the likeliest set-up. It is not the expected one where a bound cuts off likely
+        values: the compliance of a clamp is likeliest 0, and certainly not less.
+        """
+        fit = self.fit
+        if not self.adjusted:
+            return np.zeros(len(fit.scores))
+        # The minimum without bounds.
+        least = fit.scores - self.remaining @ self.line.gradient(fit)
+        expected = mean_within(least, self.remaining, *fit.bounds)
+        return np.asarray((expected - fit.scores) * self.task.sigma[self.task.free])
 
     @cached_property
     def heights(self) -> HeightsOfTips:

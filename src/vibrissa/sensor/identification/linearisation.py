@@ -141,6 +141,10 @@ class Linearisation:
         """Return the minimised sum: χ² of the fitted periods plus Σ (p/σ)²."""
         return float((self.misses(fit)[fit.rows] ** 2).sum() + (fit.scores**2).sum())
 
+    def gradient(self, fit: Fit) -> FloatArray:
+        """Half the derivatives of `total` with respect to p/σ, shape (f,)."""
+        return np.asarray(self.jacobian @ self.misses(fit)[fit.rows].ravel() + fit.scores)
+
     def heights(self, fit: Fit) -> HeightsOfTips:
         """Estimate the height of the surface at each tip of a fit."""
         sums = self.at.task.blocks.sums((self.by_height * fit.residuals).sum(axis=1))

@@ -175,6 +175,7 @@ def read_periods(fitted: FittedSetUp) -> Periods:
     heights = _by_height(fitted, effects[:, fit.task.number["eta"]])
     effects = (effects + heights.effects)[:, fit.task.free]
     common = common_deviation(effects, fitted.covariance)
+    change = heights.change + effects @ fitted.unexpected
     along = fit.model.friction(fit.u)
     # The tip slips only between the end of pulling and the lock, with friction against its motion.
     first, last = np.sort(x0, axis=1)[:, [0, -1]].T
@@ -185,10 +186,10 @@ def read_periods(fitted: FittedSetUp) -> Periods:
     possible = last + HALF_WIDTH * own > x0_pull
     possible &= first - HALF_WIDTH * own < x0_lock
     possible &= along.max(axis=1) >= -HALF_WIDTH * by_noise
-    along = np.where(possible[:, None], along + heights.change[:, None], np.nan)
+    along = np.where(possible[:, None], along + change[:, None], np.nan)
     periods = periods_of(fit.task, along, np.hypot(by_noise, heights.left), common, effects)
     least, past = _least(fit, own)
-    least += heights.change - HALF_WIDTH * common
+    least += change - HALF_WIDTH * common
     opened = fit.task.spans.opened
     # Past the lock the tip can slip if the clamp goes back, but not if it goes on.
     locked = fit.task.spans.swung | (past & (opened | (sign > 0.0)))

@@ -12,7 +12,6 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from vibrissa.errors import NoResponseError
-from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.fit import Fit
 from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.forward import forward_models
@@ -80,10 +79,9 @@ def _better(fit: Fit, line: Linearisation) -> Fit | None:
     Return None if there is no such step. (`scipy.optimize.least_squares` zigzags along bounds such
     as c ≥ 0.)
     """
-    low, high = _bounds(fit)
+    low, high = fit.bounds
     root = np.linalg.cholesky(line.normal).T
-    slope = line.jacobian @ line.misses(fit)[fit.rows].ravel() + fit.scores
-    aim = -np.linalg.solve(root.T, slope)
+    aim = -np.linalg.solve(root.T, line.gradient(fit))
     within = (low - fit.scores, high - fit.scores)
     step = lsq_linear(root, aim, within, method="bvls").x
     free = fit.task.free
@@ -101,15 +99,3 @@ def _better(fit: Fit, line: Linearisation) -> Fit | None:
         if line.total(other) <= most:
             return other
     return None
-
-
-def _bounds(fit: Fit) -> FloatArray:
-    """Least and largest allowed p/σ, shape (2, f)."""
-    low, high = np.array([(parameter.low, parameter.high) for parameter in fit.task.parameters]).T
-    if fit.model.heights.x0_touch <= fit.u.max():
-        # A rod that is curved towards the surface arches over it before its tip is level.
-        curvature = fit.task.number["curvature"]
-        given = fit.model.given.mounting.coefficients[0]
-        high[curvature] = min(high[curvature], max(0.0, -given))
-    free = fit.task.free
-    return np.asarray(np.stack([low, high])[:, free] / fit.task.sigma[free])
