@@ -1,8 +1,11 @@
 import fcntl
 import os
+import pickle
 import shutil
 import signal
 import zipfile
+from functools import lru_cache
+from hashlib import sha256
 
 import pyarrow as pa
 import pytest
@@ -13,8 +16,10 @@ from runs import ARCHIVED, ROOT, TINY, Folder
 from vibrissa import solve_state
 from vibrissa.archive.crate import write_archive
 from vibrissa.computing.states import states_table
-from vibrissa.sensor.identification import forward
-from vibrissa.sticking import api
+from vibrissa.design import pairs
+from vibrissa.sensor.identification import forward, mixing
+from vibrissa.sticking import api, comparison
+from vibrissa.sticking.solving import collocation
 from vibrissa.study.reading import read_study
 
 # What a shell starts in the background ignores Ctrl-C, and so would the programs that tests start.
@@ -43,18 +48,53 @@ def _caches(tmp_path_factory):
         yield
 
 
+def run_folder(tmp_path_factory):
+    """Folder of this run of the tests, which all workers share."""
+    folder = tmp_path_factory.getbasetemp()
+    return folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+
+
+SOLVE_CURVES = collocation.solve_curves
+# Modules in which tests find the function.
+SOLVING = (collocation, comparison, pairs)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _solved_curves(tmp_path_factory):
+    """Curves that were solved for one test are read from a file by others, in all workers."""
+    folder = run_folder(tmp_path_factory) / "curves"
+    folder.mkdir(exist_ok=True)
+
+    def solve_curves(*arguments, **named):
+        path = folder / sha256(pickle.dumps((arguments, named))).hexdigest()
+        if path.exists():
+            return pickle.loads(path.read_bytes())
+        curves = SOLVE_CURVES(*arguments, **named)
+        part = folder / f"{path.name}.{os.getpid()}"
+        part.write_bytes(pickle.dumps(curves))
+        part.rename(path)
+        return curves
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in SOLVING:
+            patch.setattr(module, "solve_curves", solve_curves)
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _no_patched_curves(request):
     """A test that may patch the solver neither gets a curve of another one nor leaves its own."""
-
-    def forget():
-        if "monkeypatch" in request.fixturenames:
-            api._kept_curve.cache_clear()
-            forward.kept_responses.cache_clear()
-
-    forget()
-    yield
-    forget()
+    if "monkeypatch" not in request.fixturenames:
+        yield
+        return
+    with pytest.MonkeyPatch.context() as patch:
+        for module in SOLVING:
+            patch.setattr(module, "solve_curves", SOLVE_CURVES)
+        patch.setattr(api, "_kept_curve", lru_cache(api._kept_curve.__wrapped__))
+        responses = lru_cache(forward.kept_responses.__wrapped__)
+        for module in (forward, mixing):
+            patch.setattr(module, "kept_responses", responses)
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -82,9 +122,7 @@ def study_tables(paper):
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory):
     """A folder in which the tiny study was run once for all; not to be changed."""
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent
+    folder = run_folder(tmp_path_factory)
     with (folder / "finished.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (folder / "finished").exists():
