@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import loaded
 from vibrissa.tables import schemas, store
 
 ROOT = Path(__file__).parents[1]
@@ -60,9 +61,17 @@ class Folder:
         assert status == 0, screen
         return screen
 
+    def dry_run(self, *arguments, study="tiny.yaml"):
+        """What stands on the screen of a dry run."""
+        told = self.root / "dry_run.txt"
+        arguments = ["--cores", "2", *arguments, "--configfile", study]
+        status = loaded.dry_run(arguments, self.root, self.home, told)
+        assert status == 0, told.read_text()
+        return told.read_text()
+
     def jobs(self, *arguments, **options):
         """What a run would do: number of jobs by rule."""
-        return self.jobs_on(self.run("-n", *arguments, **options))
+        return self.jobs_on(self.dry_run(*arguments, **options))
 
     @staticmethod
     def jobs_on(screen):

@@ -111,7 +111,7 @@ def test_results_from_elsewhere_are_used_if_this_code_makes_them_of_this_study(e
 def test_an_upgrade_is_noticed_with_records_in_a_database(edited):
     (edited.root / "src/numpy-99.dist-info").mkdir()
     edited.write("src/numpy-99.dist-info/METADATA", "Name: numpy\nVersion: 99\n")
-    screen = edited.run("-n", "--persistence-backend", "db")
+    screen = edited.dry_run("--persistence-backend", "db")
     assert "tables/scans.parquet was made by other code: numpy " in screen
     assert f"numpy {np.__version__} (now numpy 99): it is made again" in screen
     assert edited.jobs_on(screen) == SOLVED
