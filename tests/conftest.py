@@ -4,7 +4,7 @@ import pickle
 import shutil
 import signal
 import zipfile
-from functools import lru_cache
+from functools import lru_cache, partial
 from hashlib import sha256
 
 import pyarrow as pa
@@ -48,10 +48,31 @@ def _caches(tmp_path_factory):
         yield
 
 
+@pytest.fixture(scope="session")
 def run_folder(tmp_path_factory):
     """Folder of this run of the tests, which all workers share."""
     folder = tmp_path_factory.getbasetemp()
     return folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+
+
+@pytest.fixture(scope="session")
+def kept(run_folder):
+    """What was made for one test, and is read from a file by others, in all workers."""
+    folder = run_folder / "kept"
+    folder.mkdir(exist_ok=True)
+
+    def kept(make, *arguments, **named):
+        key = pickle.dumps((make.__module__, make.__qualname__, arguments, named))
+        path = folder / sha256(key).hexdigest()
+        if path.exists():
+            return pickle.loads(path.read_bytes())
+        made = make(*arguments, **named)
+        part = folder / f"{path.name}.{os.getpid()}"
+        part.write_bytes(pickle.dumps(made))
+        part.rename(path)
+        return made
+
+    return kept
 
 
 SOLVE_CURVES = collocation.solve_curves
@@ -60,24 +81,11 @@ SOLVING = (collocation, comparison, pairs)
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _solved_curves(tmp_path_factory):
-    """Curves that were solved for one test are read from a file by others, in all workers."""
-    folder = run_folder(tmp_path_factory) / "curves"
-    folder.mkdir(exist_ok=True)
-
-    def solve_curves(*arguments, **named):
-        path = folder / sha256(pickle.dumps((arguments, named))).hexdigest()
-        if path.exists():
-            return pickle.loads(path.read_bytes())
-        curves = SOLVE_CURVES(*arguments, **named)
-        part = folder / f"{path.name}.{os.getpid()}"
-        part.write_bytes(pickle.dumps(curves))
-        part.rename(path)
-        return curves
-
+def _kept_curves(kept):
+    """Curves that were solved for one test are not solved again."""
     with pytest.MonkeyPatch.context() as patch:
         for module in SOLVING:
-            patch.setattr(module, "solve_curves", solve_curves)
+            patch.setattr(module, "solve_curves", partial(kept, SOLVE_CURVES))
         yield
 
 
@@ -103,35 +111,40 @@ def paper():
     return read_study(ROOT / "config.yaml")
 
 
-@pytest.fixture(scope="session")
-def study_tables(paper):
-    """Tables of the paper's study, by its code but without its workflow."""
+def tables_of(path):
+    """Tables of the study in a file, by its code but without its workflow."""
+    study = read_study(path)
     states = {
-        name: solve_state(state.theta, state.eta, state.x1) for name, state in paper.states.items()
+        name: solve_state(state.theta, state.eta, state.x1) for name, state in study.states.items()
     }
-    grids = [made_tables.points(name, grid.axes) for name, grid in paper.grids.items()]
-    scans = [made_tables.scans(name, scan) for name, scan in paper.scans.items()]
+    grids = [made_tables.points(name, grid.axes) for name, grid in study.grids.items()]
+    scans = [made_tables.scans(name, scan) for name, scan in study.scans.items()]
     return {
         "stiction": pa.concat_tables(grids),
         "scans": pa.concat_tables([one.steps for one in scans]),
         "periods": pa.concat_tables([one.periods for one in scans]),
-        "states": states_table(states, paper.name),
+        "states": states_table(states, study.name),
     }
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory):
+def study_tables(kept):
+    """Tables of the paper's study."""
+    return kept(tables_of, ROOT / "config.yaml")
+
+
+@pytest.fixture(scope="session")
+def finished(run_folder):
     """A folder in which the tiny study was run once for all; not to be changed."""
-    folder = run_folder(tmp_path_factory)
-    with (folder / "finished.lock").open("w") as lock:
+    with (run_folder / "finished.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "finished").exists():
-            new = Folder(folder / "started")
+        if not (run_folder / "finished").exists():
+            new = Folder(run_folder / "started")
             new.root.mkdir()
             new.write("tiny.yaml", TINY)
             new.write("screen.txt", new.run())
-            new.root.rename(folder / "finished")
-    return Folder(folder / "finished")
+            new.root.rename(run_folder / "finished")
+    return Folder(run_folder / "finished")
 
 
 @pytest.fixture
