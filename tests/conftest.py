@@ -19,7 +19,7 @@ from vibrissa.computing.states import states_table
 from vibrissa.design import pairs
 from vibrissa.sensor.identification import forward, mixing
 from vibrissa.sticking import api, comparison
-from vibrissa.sticking.solving import collocation
+from vibrissa.sticking.solving import collocation, shooting
 from vibrissa.study.reading import read_study
 
 # What a shell starts in the background ignores Ctrl-C, and so would the programs that tests start.
@@ -75,17 +75,21 @@ def kept(run_folder):
     return kept
 
 
-SOLVE_CURVES = collocation.solve_curves
-# Modules in which tests find the function.
-SOLVING = (collocation, comparison, pairs)
+# The solvers, by the modules in which tests find them.
+SOLVERS = {
+    (collocation, "solve_curves"): collocation.solve_curves,
+    (comparison, "solve_curves"): collocation.solve_curves,
+    (pairs, "solve_curves"): collocation.solve_curves,
+    (shooting, "solve_curve"): shooting.solve_curve,
+}
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _kept_curves(kept):
     """Curves that were solved for one test are not solved again."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in SOLVING:
-            patch.setattr(module, "solve_curves", partial(kept, SOLVE_CURVES))
+        for place, solver in SOLVERS.items():
+            patch.setattr(*place, partial(kept, solver))
         yield
 
 
@@ -96,8 +100,8 @@ def _no_patched_curves(request):
         yield
         return
     with pytest.MonkeyPatch.context() as patch:
-        for module in SOLVING:
-            patch.setattr(module, "solve_curves", SOLVE_CURVES)
+        for place, solver in SOLVERS.items():
+            patch.setattr(*place, solver)
         patch.setattr(api, "_kept_curve", lru_cache(api._kept_curve.__wrapped__))
         responses = lru_cache(forward.kept_responses.__wrapped__)
         for module in (forward, mixing):
