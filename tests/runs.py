@@ -61,13 +61,16 @@ class Folder:
         assert status == 0, screen
         return screen
 
-    def dry_run(self, *arguments, study="tiny.yaml"):
-        """What stands on the screen of a dry run."""
+    def dry_call(self, *arguments, study="tiny.yaml"):
+        """Exit status of a dry run, and what stands on the screen."""
         told = self.root / "dry_run.txt"
-        arguments = ["--cores", "2", *arguments, "--configfile", study]
-        status = loaded.dry_run(arguments, self.root, self.home, told)
-        assert status == 0, told.read_text()
-        return told.read_text()
+        arguments = ["--cores", "2", *arguments, "--configfile", *study.split()]
+        return loaded.dry_run(arguments, self.root, self.home, told), told.read_text()
+
+    def dry_run(self, *arguments, **options):
+        status, screen = self.dry_call(*arguments, **options)
+        assert status == 0, screen
+        return screen
 
     def jobs(self, *arguments, **options):
         """What a run would do: number of jobs by rule."""

@@ -184,9 +184,9 @@ def test_damaged_chunks_are_named_and_made_again(done):
 
 def test_a_copy_of_a_study_file_does_not_write_over_the_results_of_the_first(done):
     done.write("copy.yaml", TINY.replace("[0.3, 5]", "[0.2, 5]"))
-    status, screen = done.call("-n", study="copy.yaml")
+    status, screen = done.dry_call(study="copy.yaml")
     assert status != 0
     assert "copy.yaml: study: 'tiny' is used by tiny.yaml" in screen
     assert "change the value of the key 'study' in copy.yaml" in screen
-    status, screen = done.call("-n", study="copy.yaml tiny.yaml")
+    status, screen = done.dry_call(study="copy.yaml tiny.yaml")
     assert status == 1 and "with --configfile, not copy.yaml and tiny.yaml" in screen
