@@ -1,8 +1,11 @@
 import fcntl
 import os
+import pickle
 import shutil
 import signal
 import zipfile
+from functools import lru_cache, partial
+from hashlib import sha256
 
 import pyarrow as pa
 import pytest
@@ -13,8 +16,10 @@ from runs import ARCHIVED, ROOT, TINY, Folder
 from vibrissa import solve_state
 from vibrissa.archive.crate import write_archive
 from vibrissa.computing.states import states_table
-from vibrissa.sensor.identification import forward
-from vibrissa.sticking import api
+from vibrissa.design import pairs
+from vibrissa.sensor.identification import forward, mixing
+from vibrissa.sticking import api, comparison
+from vibrissa.sticking.solving import collocation, shooting
 from vibrissa.study.reading import read_study
 
 # What a shell starts in the background ignores Ctrl-C, and so would the programs that tests start.
@@ -43,18 +48,65 @@ def _caches(tmp_path_factory):
         yield
 
 
+@pytest.fixture(scope="session")
+def run_folder(tmp_path_factory):
+    """Folder of this run of the tests, which all workers share."""
+    folder = tmp_path_factory.getbasetemp()
+    return folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+
+
+@pytest.fixture(scope="session")
+def kept(run_folder):
+    """What was made for one test, and is read from a file by others, in all workers."""
+    folder = run_folder / "kept"
+    folder.mkdir(exist_ok=True)
+
+    def kept(make, *arguments, **named):
+        key = pickle.dumps((make.__module__, make.__qualname__, arguments, named))
+        path = folder / sha256(key).hexdigest()
+        if path.exists():
+            return pickle.loads(path.read_bytes())
+        made = make(*arguments, **named)
+        part = folder / f"{path.name}.{os.getpid()}"
+        part.write_bytes(pickle.dumps(made))
+        part.rename(path)
+        return made
+
+    return kept
+
+
+# The solvers, by the modules in which tests find them.
+SOLVERS = {
+    (collocation, "solve_curves"): collocation.solve_curves,
+    (comparison, "solve_curves"): collocation.solve_curves,
+    (pairs, "solve_curves"): collocation.solve_curves,
+    (shooting, "solve_curve"): shooting.solve_curve,
+}
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _kept_curves(kept):
+    """Curves that were solved for one test are not solved again."""
+    with pytest.MonkeyPatch.context() as patch:
+        for place, solver in SOLVERS.items():
+            patch.setattr(*place, partial(kept, solver))
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _no_patched_curves(request):
     """A test that may patch the solver neither gets a curve of another one nor leaves its own."""
-
-    def forget():
-        if "monkeypatch" in request.fixturenames:
-            api._kept_curve.cache_clear()
-            forward.kept_responses.cache_clear()
-
-    forget()
-    yield
-    forget()
+    if "monkeypatch" not in request.fixturenames:
+        yield
+        return
+    with pytest.MonkeyPatch.context() as patch:
+        for place, solver in SOLVERS.items():
+            patch.setattr(*place, solver)
+        patch.setattr(api, "_kept_curve", lru_cache(api._kept_curve.__wrapped__))
+        responses = lru_cache(forward.kept_responses.__wrapped__)
+        for module in (forward, mixing):
+            patch.setattr(module, "kept_responses", responses)
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -63,37 +115,40 @@ def paper():
     return read_study(ROOT / "config.yaml")
 
 
-@pytest.fixture(scope="session")
-def study_tables(paper):
-    """Tables of the paper's study, by its code but without its workflow."""
+def tables_of(path):
+    """Tables of the study in a file, by its code but without its workflow."""
+    study = read_study(path)
     states = {
-        name: solve_state(state.theta, state.eta, state.x1) for name, state in paper.states.items()
+        name: solve_state(state.theta, state.eta, state.x1) for name, state in study.states.items()
     }
-    grids = [made_tables.points(name, grid.axes) for name, grid in paper.grids.items()]
-    scans = [made_tables.scans(name, scan) for name, scan in paper.scans.items()]
+    grids = [made_tables.points(name, grid.axes) for name, grid in study.grids.items()]
+    scans = [made_tables.scans(name, scan) for name, scan in study.scans.items()]
     return {
         "stiction": pa.concat_tables(grids),
         "scans": pa.concat_tables([one.steps for one in scans]),
         "periods": pa.concat_tables([one.periods for one in scans]),
-        "states": states_table(states, paper.name),
+        "states": states_table(states, study.name),
     }
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory):
+def study_tables(kept):
+    """Tables of the paper's study."""
+    return kept(tables_of, ROOT / "config.yaml")
+
+
+@pytest.fixture(scope="session")
+def finished(run_folder):
     """A folder in which the tiny study was run once for all; not to be changed."""
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent
-    with (folder / "finished.lock").open("w") as lock:
+    with (run_folder / "finished.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "finished").exists():
-            new = Folder(folder / "started")
+        if not (run_folder / "finished").exists():
+            new = Folder(run_folder / "started")
             new.root.mkdir()
             new.write("tiny.yaml", TINY)
             new.write("screen.txt", new.run())
-            new.root.rename(folder / "finished")
-    return Folder(folder / "finished")
+            new.root.rename(run_folder / "finished")
+    return Folder(run_folder / "finished")
 
 
 @pytest.fixture

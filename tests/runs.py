@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import loaded
 from vibrissa.tables import schemas, store
 
 ROOT = Path(__file__).parents[1]
@@ -60,9 +61,20 @@ class Folder:
         assert status == 0, screen
         return screen
 
+    def dry_call(self, *arguments, study="tiny.yaml"):
+        """Exit status of a dry run, and what stands on the screen."""
+        told = self.root / "dry_run.txt"
+        arguments = ["--cores", "2", *arguments, "--configfile", *study.split()]
+        return loaded.dry_run(arguments, self.root, self.home, told), told.read_text()
+
+    def dry_run(self, *arguments, **options):
+        status, screen = self.dry_call(*arguments, **options)
+        assert status == 0, screen
+        return screen
+
     def jobs(self, *arguments, **options):
         """What a run would do: number of jobs by rule."""
-        return self.jobs_on(self.run("-n", *arguments, **options))
+        return self.jobs_on(self.dry_run(*arguments, **options))
 
     @staticmethod
     def jobs_on(screen):

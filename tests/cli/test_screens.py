@@ -37,7 +37,7 @@ SIMULATED = {
     "lies": ("--mu0 0.5 --to '25 mm'", f"{RIG} --eta '55 mm' --contact line", ""),
     "passes": ("--mu0 0.42 --to '12 mm'", f"{RIG} --eta '70 mm'", ""),
     "kinks": ("--mu0 0.2 --to '9 mm'", f"{RIG} --eta '80 mm' --contact line", ""),
-    "vanish": ("--mu0 0.2 --to '9 mm'", f"{RIG} --eta '83 mm' --contact line", ""),
+    "vanish": ("--mu0 0.2 --to '9 mm'", f"{RIG} --eta '83 mm' --contact line", "--tolerance exact"),
     "sticks": ("--mu0 0.4 --to '4 mm'", f"{STEEL} --set noise='0.2 mN, 0.2 mN, 2 uN*m'", ""),
     "coarse": (f"{STEEL} --patches '0 mm: 0.2, 45 mm: 0.4' --step '1 mm' --to '60 mm'", NANO, ""),
     "noisy": ("--mu0 0.3 --to '20 mm' --law kinetic", f"{STEEL} {NOISY}", ""),

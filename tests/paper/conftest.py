@@ -12,6 +12,6 @@ def evidence(paper, study_tables):
 
 
 @pytest.fixture(scope="session")
-def ledger(evidence):
+def ledger(evidence, kept):
     """The verdicts on the paper's study."""
-    return claims_table(CLAIMS, evidence, study="paper", method="collocation")
+    return kept(lambda: claims_table(CLAIMS, evidence, study="paper", method="collocation"))

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def shot():
     # The step is divided into steps of at most 0.0016.
-    return shooting.solve_curve(2.0, 0.98, 0.012)
+    return solve_curve(2.0, 0.98, "shooting", 0.012)
 
 
 @pytest.fixture(scope="module")

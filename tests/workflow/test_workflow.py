@@ -111,7 +111,7 @@ def test_results_from_elsewhere_are_used_if_this_code_makes_them_of_this_study(e
 def test_an_upgrade_is_noticed_with_records_in_a_database(edited):
     (edited.root / "src/numpy-99.dist-info").mkdir()
     edited.write("src/numpy-99.dist-info/METADATA", "Name: numpy\nVersion: 99\n")
-    screen = edited.run("-n", "--persistence-backend", "db")
+    screen = edited.dry_run("--persistence-backend", "db")
     assert "tables/scans.parquet was made by other code: numpy " in screen
     assert f"numpy {np.__version__} (now numpy 99): it is made again" in screen
     assert edited.jobs_on(screen) == SOLVED
@@ -184,9 +184,9 @@ def test_damaged_chunks_are_named_and_made_again(done):
 
 def test_a_copy_of_a_study_file_does_not_write_over_the_results_of_the_first(done):
     done.write("copy.yaml", TINY.replace("[0.3, 5]", "[0.2, 5]"))
-    status, screen = done.call("-n", study="copy.yaml")
+    status, screen = done.dry_call(study="copy.yaml")
     assert status != 0
     assert "copy.yaml: study: 'tiny' is used by tiny.yaml" in screen
     assert "change the value of the key 'study' in copy.yaml" in screen
-    status, screen = done.call("-n", study="copy.yaml tiny.yaml")
+    status, screen = done.dry_call(study="copy.yaml tiny.yaml")
     assert status == 1 and "with --configfile, not copy.yaml and tiny.yaml" in screen

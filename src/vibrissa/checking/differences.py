@@ -75,10 +75,10 @@ def compare(
         total += len(both)
         for column, tolerance in layout.columns.items():
             if column in reference:
-                values = both[keys].assign(was=both[column], now=both[f"{column} now"])
-                changed = moved(values["was"], values["now"], tolerance)
+                was, now = both[column], both[f"{column} now"]
+                changed = moved(was, now, tolerance)
                 if changed.any():
-                    more = _moved_rows(values[changed])
+                    more = _moved_rows(both[keys].assign(was=was, now=now)[changed])
                     columns[column] = more.joined(columns.get(column))
     yield from (one.difference(name, words) for words, one in rows.items())
     for column in layout.columns:

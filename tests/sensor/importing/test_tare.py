@@ -147,16 +147,17 @@ def test_an_imported_recording_has_the_friction_of_one_that_was_tared(tmp_path, 
     found = import_recording(laboratory(400, 30, signals), Settings.read())
     series.write(tmp_path / "imported.csv", found)
     series.write(tmp_path / "tared.csv", Given(signals))
+    known = {"noise": "3 mN, 3 mN, 0.1 mN*m", "assume": False}
     imported, tared = (
-        identified(WHISKER, tmp_path / name, noise="3 mN, 3 mN, 0.1 mN*m").periods
+        identified(WHISKER, tmp_path / name, **known).periods
         for name in ("imported.csv", "tared.csv")
     )
     slipped = tared.status == "slip"
     assert slipped.sum() > 3 and (imported.status == tared.status).all()
     assert imported.mu0[slipped] == pytest.approx(tared.mu0[slipped], abs=3e-3)
     frame = found.to_pandas()
-    assert identified(WHISKER, frame).periods.mu0 == pytest.approx(
-        identified(WHISKER, tmp_path / "imported.csv").periods.mu0, nan_ok=True, rel=1e-6
+    assert identified(WHISKER, frame, **known).periods.mu0 == pytest.approx(
+        imported.mu0, nan_ok=True, rel=1e-6
     )
 
 

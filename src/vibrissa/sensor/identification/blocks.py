@@ -1,6 +1,7 @@
 """A condensed recording: means of consecutive samples of each period."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class Blocks(Batch):
     row: FloatArray
     count: IntArray
 
-    @property
+    @cached_property
     def starts(self) -> IntArray:
         """Number of the first block of each period, shape (p,)."""
         return np.flatnonzero(np.diff(self.period, prepend=-1))

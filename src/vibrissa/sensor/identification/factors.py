@@ -17,6 +17,9 @@ FACTORS = np.geomspace(1.0, 3000.0, 61)
 TRIED = 200
 # Largest misfit, as a part of the readings, with which loads fit the rod after a correction.
 FITS = 0.03
+# Misfit of a tried factor from which on no factor between its neighbours fits: the misfit changes
+# by at most 1 + misfit times the change of the factor's logarithm, which is 0.13.
+HOPELESS = 0.2
 # The correction must also make the misfit this many times smaller.
 LESS = 5.0
 # Largest logarithm of a factor that is taken as 1.
@@ -123,10 +126,16 @@ def _factors(task: Task, table: StateTable, readings: FloatArray) -> Iterator[Fa
             continue
         inside = np.isin(np.arange(len(CHANNELS)), channels)
 
-        def misfit(size: float, inside: BoolArray = inside) -> float:
-            return table.misfit(readings * np.where(inside, np.exp(-size), 1.0))
+        def corrected(size: float, inside: BoolArray = inside) -> FloatArray:
+            return readings * np.where(inside, np.exp(-size), 1.0)
 
-        start = min(tried.tolist(), key=misfit)
+        def misfit(size: float) -> float:
+            return table.misfit(corrected(size))
+
+        near = [size for size in tried.tolist() if table.least_misfit(corrected(size)) < HOPELESS]
+        if not near:
+            continue
+        start = min(near, key=misfit)
         best = minimize_scalar(misfit, bounds=(start - width, start + width), method="bounded")
         yield Factor(group=group, size=float(np.exp(best.x)), misfit=float(best.fun))
 

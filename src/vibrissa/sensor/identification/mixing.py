@@ -84,6 +84,13 @@ class StateTable:
         parts = readings[:, self.task.used] / self._largest
         return float(np.median(self._by_size.query(parts)[0] / np.linalg.norm(parts, axis=1)))
 
+    def least_misfit(self, readings: FloatArray) -> float:
+        """Return a lower bound of `misfit`, by the distances from a box around all states."""
+        parts = readings[:, self.task.used] / self._largest
+        states = self._by_size
+        beyond = np.maximum(np.maximum(states.mins - parts, parts - states.maxes), 0.0)
+        return float(np.median(np.linalg.norm(beyond, axis=1) / np.linalg.norm(parts, axis=1)))
+
 
 def table_of_states(task: Task, whisker: Whisker) -> StateTable:
     """Make a table of the states of the rod.

@@ -6,6 +6,7 @@ been fitted before, and has taken a part of the error: for the best pitch, error
 fitted together, to first order.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -54,22 +55,34 @@ class PitchError(Cause):
         )
 
 
-class _Wave(NamedTuple):
-    """An error of the positions with one pitch, as fitted to the residuals.
+class _Normal(NamedTuple):
+    """Normal equations of both coefficients of a wave.
 
     Attributes
     ----------
-    fall : float
+    square : ndarray, shape (2, 2)
+        Half the second derivatives of χ² with respect to the coefficients.
+    along : ndarray, shape (2,)
+        Half the fall of χ² by each coefficient, to first order.
+    """
+
+    square: FloatArray
+    along: FloatArray
+
+
+class _Waves(NamedTuple):
+    """Errors of the positions with m pitches, each fitted alone to the residuals.
+
+    Attributes
+    ----------
+    fall : ndarray, shape (m,)
         Fall of χ² if the positions have this error.
-    size : float
+    size : ndarray, shape (m,)
         Amplitude of the error (L).
     """
 
-    fall: float
-    size: float
-
-
-NO_WAVE = _Wave(fall=0.0, size=0.0)
+    fall: FloatArray
+    size: FloatArray
 
 
 def pitch_error_of(fitted: FittedSetUp) -> PitchError | None:
@@ -90,17 +103,19 @@ def pitch_error_of(fitted: FittedSetUp) -> PitchError | None:
     if not number:
         return None
     waves = 2.0 * np.pi / way * np.linspace(FEWEST, most, number)
-    best = float(waves[np.argmax([_alone(fit, weight, along, wave).fall for wave in waves])])
-    wave = _with_set_up(fitted, weight, best)
+    alone = _fitted([_alone(fit, weight, along, wave) for wave in waves.tolist()])
+    best = float(waves[np.argmax(alone.fall)])
+    found = _fitted([_with_set_up(fitted, weight, best)])
+    fall, size = float(found.fall[0]), float(found.size[0])
     # Each wave has two coefficients: χ² of two degrees of freedom falls by more with exp(−fall/2).
-    if number * np.exp(-0.5 * wave.fall) > LEVEL or wave.fall < EXPLAINS * excess:
+    if number * np.exp(-0.5 * fall) > LEVEL or fall < EXPLAINS * excess:
         return None
-    left = max((fitted.misfit - wave.fall) / max(degrees, 1), 1.0)
+    left = max((fitted.misfit - fall) / max(degrees, 1), 1.0)
     return PitchError(
         parameter=fitted.task.parameters[fitted.task.number["stage_scale"]],
-        size=wave.size,
-        deviation=wave.size * np.sqrt(left / wave.fall),
-        explained=min(wave.fall / excess, 1.0),
+        size=size,
+        deviation=size * np.sqrt(left / fall),
+        explained=min(fall / excess, 1.0),
         pitch=2.0 * np.pi / best,
     )
 
@@ -115,18 +130,18 @@ def _waves(fit: Fit, weight: FloatArray, number: float) -> FloatArray:
     phase = number * fit.task.shown
     waves = np.stack([np.sin(phase), np.cos(phase)])
     whole = np.maximum(blocks.sums(weight), LEAST_WEIGHT)
-    means = np.stack([blocks.sums(weight * wave) / whole for wave in waves])
+    means = blocks.sums((weight * waves).T).T / whole
     return np.asarray(waves - means[:, blocks.period])
 
 
-def _alone(fit: Fit, weight: FloatArray, along: FloatArray, number: float) -> _Wave:
-    """Fit an error with this wave number (1/L) for the fitted set-up."""
+def _alone(fit: Fit, weight: FloatArray, along: FloatArray, number: float) -> _Normal:
+    """Set up the equations of an error with this wave number (1/L), for the fitted set-up."""
     waves = _waves(fit, weight, number)
-    return _fitted((weight * waves) @ waves.T, waves @ along)
+    return _Normal(square=(weight * waves) @ waves.T, along=waves @ along)
 
 
-def _with_set_up(fitted: FittedSetUp, weight: FloatArray, number: float) -> _Wave:
-    """Fit an error with this wave number (1/L) together with the set-up, to first order."""
+def _with_set_up(fitted: FittedSetUp, weight: FloatArray, number: float) -> _Normal:
+    """Set up the equations of an error and the set-up together, to first order."""
     fit = fitted.fit
     line = fitted.line
     waves = _waves(fit, weight, number)
@@ -136,12 +151,14 @@ def _with_set_up(fitted: FittedSetUp, weight: FloatArray, number: float) -> _Wav
     if fitted.adjusted:
         shared = line.jacobian @ changes.T
         square -= shared.T @ fitted.remaining @ shared
-    return _fitted(square, changes @ fitted.misses[fit.rows].ravel())
+    return _Normal(square=square, along=changes @ fitted.misses[fit.rows].ravel())
 
 
-def _fitted(square: FloatArray, along: FloatArray) -> _Wave:
-    """Solve the normal equations of both coefficients of a wave."""
-    if np.linalg.det(square) <= 0.0:
-        return NO_WAVE
-    sizes = np.linalg.solve(square, along)
-    return _Wave(fall=float(along @ sizes), size=float(np.hypot(*sizes)))
+def _fitted(equations: Sequence[_Normal]) -> _Waves:
+    """Solve the normal equations of several waves; one that cannot be told has the size 0."""
+    square, along = (np.stack(each) for each in zip(*equations, strict=True))
+    known = np.linalg.det(square) > 0.0
+    square = np.where(known[:, None, None], square, np.eye(2))
+    along = np.where(known[:, None], along, 0.0)
+    sizes = np.linalg.solve(square, along[..., None])[..., 0]
+    return _Waves(fall=(along * sizes).sum(axis=1), size=np.hypot(*sizes.T))
