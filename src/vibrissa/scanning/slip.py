@@ -32,6 +32,8 @@ REVERSALS = 100
 # Ends of the parts of a slide in which its end is sought, one after the other (L): a slide is
 # shorter than two rods.
 SOUGHT = (0.0, 0.005, 0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.25, 0.4, 0.6, 1.0, 2.0)
+# Longer ones on a plane, where a long part takes hardly more time than a short one.
+SOUGHT_ON_PLANE = (0.0, 0.03, 0.12, 0.4, 2.0)
 
 
 class Lost(StrEnum):
@@ -446,9 +448,9 @@ class Slip:
         """Return the ends of the parts in which the end of a slide is sought in turn (L)."""
         end = self.surface.stop if self.side * way > 0 else self.surface.start
         known = max(abs(end - contact), nothing(contact))
-        if self.surface.texture is None:
-            known = min(self._longest(contact, way), known)
         ends = np.array(SOUGHT)
+        if self.surface.texture is None:
+            known, ends = min(self._longest(contact, way), known), np.array(SOUGHT_ON_PLANE)
         return np.append(ends[ends < known], known) if known < ends[-1] else ends
 
     def _breaks(self, contact: float, way: int, begin: float, end: float) -> FloatArray:

@@ -216,6 +216,14 @@ def walk(
     return states
 
 
+def until_slip(states: list[ShotState], mu0: float) -> list[ShotState]:
+    """Keep the states of a walk with a larger μ0 (or none) that a walk with `mu0` has."""
+    for number, state in enumerate(states, start=1):
+        if -math.tan(state.alpha) > mu0:
+            return states[:number]
+    return states
+
+
 def solve_curve(
     theta: float,
     eta: float,
