@@ -66,7 +66,7 @@ def test_a_figure_is_laid_out_once_for_all_formats(tmp_path, monkeypatch):
         Figure, "draw", lambda page, renderer: drawings.append(page) or draw(page, renderer)
     )
     style.save(figure, [tmp_path / f"figure.{ending}" for ending in ("svg", "pdf", "png")])
-    assert layouts == [figure] and len(drawings) == 4
+    assert layouts == [figure] and len(drawings) == 3
 
 
 @pytest.mark.parametrize(

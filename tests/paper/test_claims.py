@@ -330,7 +330,7 @@ def test_periods_too_short_and_too_long_are_as_bad(monkeypatch, evidence, steps,
     def walk(theta, eta, dx0, mu0, tolerances):
         size = {(rows["theta"].iloc[0], rows["mu0"].iloc[0]): rows for rows in periods}
         forces = size[theta, mu0]["f"].to_numpy() * (1.0 + 0.01 * steps)
-        some = [SimpleNamespace(f=force) for force in forces]
+        some = [SimpleNamespace(f=force, alpha=0.0) for force in forces]
         return (some + some)[: len(forces) + 1 + steps]
 
     periods = evidence.first_periods()

@@ -53,6 +53,16 @@ def test_walk_stops_at_the_first_state_that_slips(start):
     assert demand[-2] <= 0.3 < demand[-1]
 
 
+def test_a_walk_with_less_friction_is_the_begin_of_one_with_more(start):
+    def walk(mu0):
+        return shooting.walk(1.0, 0.85, 0.002, mu0, shooting.PAPER, start)
+
+    longer, shorter = walk(0.3), walk(0.2)
+    assert shooting.until_slip(longer, 0.2) == shorter
+    assert len(shorter) < len(longer)
+    assert shooting.until_slip(longer, 0.4) == longer
+
+
 @pytest.mark.parametrize(
     ("tolerances", "least", "most"),
     # With MATLAB's defaults the force is off by up to 1 % at theta = 1.

@@ -83,7 +83,8 @@ class _Film:
     """A rod that moves in a panel: it, its shape as the period began, and the slips so far."""
 
     def __init__(self, panel: Axes, steps: pd.DataFrame, room: shapes.Room) -> None:
-        self.panel, self.steps, self.slips = panel, steps, 0
+        self.panel, self.steps = panel, steps
+        self.footpoint = steps["footpoint"].to_numpy()
         first = steps.iloc[0]
         names = (("theta", r"\theta"), ("mu0", r"\mu_0"))
         panel.set_title(
@@ -93,28 +94,31 @@ class _Film:
         self.rod = Line2D([], [], color=COLORS[0], linewidth=1.8)
         self.clamp = Line2D([], [], color=INK, linewidth=3.0)
         self.tip = Line2D([], [], color=COLORS[0], marker="o", markersize=4)
-        self.count = panel.text(room.left + 0.03, room.bottom + 0.03, "")
+        self.arcs = Line2D([], [], color=END, linewidth=1.0)
+        low = room.bottom + 0.03
+        self.place = panel.text(room.left + 0.03, low, "")
+        # A text of its own to the right of it, as matplotlib takes its time for each new formula.
+        self.count = panel.annotate(
+            "", (1.0, low), (2.0, 0.0), (self.place, "data"), "offset points"
+        )
         # Each frame draws these, in this order.
-        self.moving: list[Artist] = [self.begun, self.rod, self.clamp, self.tip, self.count]
-        for line in (self.begun, self.rod, self.clamp, self.tip):
+        lines = [self.begun, self.rod, self.clamp, self.tip, self.arcs]
+        self.moving: list[Artist] = [*lines, self.place, self.count]
+        for line in lines:
             panel.add_line(line)
         for artist in self.moving:
             artist.set_animated(True)
 
     def move(self, clamp: float) -> None:
         """Draw the state at the last step up to this position of the clamp (L)."""
-        done = self.steps[self.steps["footpoint"] <= clamp + NEAR]
+        done = self.steps.iloc[: np.searchsorted(self.footpoint, clamp + NEAR, side="right")]
         now, begun = done.iloc[-1], done[done["x0"] == 0.0].iloc[-1]
         self.begun.set_data(begun["shape_x"], begun["shape_y"])
         self.rod.set_data(now["shape_x"], now["shape_y"])
         x, y = float(now["shape_x"][0]), float(now["shape_y"][0])
         self.clamp.set_data([x - symbols.HALF_CLAMP, x + symbols.HALF_CLAMP], [y, y])
         self.tip.set_data([now["x1"]], [now["eta"]])
-        places = np.flatnonzero(done["phase"] == "slip")
-        for place in places[self.slips :]:
-            before, after = (float(done["x1"].iloc[at]) for at in (place - 1, place))
-            symbols.slip(self.panel, before, after, float(now["eta"]), color=END, linewidth=1.0)
-            self.moving.append(self.panel.lines[-1])
-            self.moving[-1].set_animated(True)
-        self.slips = len(places)
-        self.count.set_text(f"clamp at {now['footpoint']:.3f} $L$, slips: {self.slips}")
+        tip, slips = done["x1"].to_numpy(), np.flatnonzero(done["phase"] == "slip")
+        self.arcs.set_data(*symbols.arcs_of_slips(tip[slips - 1], tip[slips], float(now["eta"])))
+        self.place.set_text(f"clamp at {now['footpoint']:.3f}")
+        self.count.set_text(f"$L$, slips: {len(slips)}")

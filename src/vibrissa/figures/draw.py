@@ -8,6 +8,7 @@ from operator import and_, or_
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import pandas as pd
 import pyarrow.compute as pc
 from matplotlib.axes import Axes
@@ -135,7 +136,9 @@ def _has_polynomial(axis: str, value: float | Sequence[float]) -> pc.Expression:
 def _scripted(script: Path, rows: pd.DataFrame) -> Figure:
     """Draw with the function `DRAW` of the user's file."""
     try:
-        figure = runpy.run_path(str(script))[DRAW](rows)
+        # Titles move above ticks that the file may put at the top.
+        with matplotlib.rc_context({"axes.titley": None}):
+            figure = runpy.run_path(str(script))[DRAW](rows)
     except (Exception, SystemExit) as error:
         calls = traceback.extract_tb(error.__traceback__)
         lines = [f":{call.lineno}" for call in calls if call.filename == str(script)]

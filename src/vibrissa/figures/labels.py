@@ -10,7 +10,9 @@ from vibrissa.figures.style import INK, NAMED, Look
 APART, PANELS = 8.5, 0.8
 # Distance of names from the end of the longest line, as a share of the panel's width.
 BESIDE = 0.03
-LEADER: Look = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 0.0}
+# From the left edge of a name. To cut a line at the frame of the name would take longer.
+LEADER: Look = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 3.0, "shrinkB": 0.0}
+LEADER |= {"relpos": (0.0, 0.5), "patchA": None}
 
 
 def beside(panel: Axes, text: str, at: tuple[float, float], x: float, color: str = INK) -> None:

@@ -22,6 +22,8 @@ def parts_of(figure: Figure) -> str:
     """
     pages = [figure, *figure.subfigs]
     legends = [legend for page in pages for legend in page.legends]
+    if len(figure.axes) + len(legends) < 2:
+        return ""
     panels = _joined(_boxes(figure, figure.axes))
     if all(box.width > WIDE for box in panels):
         return ""

@@ -71,17 +71,19 @@ def _figure(rows: pd.DataFrame, every: pd.DataFrame, linewidth: float) -> Figure
 
 def _draw(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
     """Draw the periods of a scan: what the rod passes over, its first and last shape, and slips."""
-    sticking = steps[steps["phase"] == "stick"]
+    sticking, slipping = steps[steps["phase"] == "stick"], steps[steps["phase"] == "slip"]
     begin, end = steps[steps["x0"] == 0], sticking.groupby("cycle").tail(1)
-    for cycle, rows in sticking.groupby("cycle"):
-        # A period begins in the state into which the slip before it has led.
-        first = steps[(steps["phase"] == "slip") & (steps["cycle"] == cycle - 1)]
-        shapes.band(panel, pd.concat([first, rows]), SHAPE)
+    # A period begins in the state into which the slip before it has led.
+    shown = pd.concat([slipping.assign(cycle=slipping["cycle"] + 1), sticking])
+    shapes.bands(panel, [rows for _, rows in shown.groupby("cycle")], SHAPE)
     shapes.draw(panel, begin, linewidth=linewidth, zorder=2.5, **BEGINS)
     shapes.draw(panel, end, linewidth=linewidth, zorder=2.6, **ENDS)
-    slips = end.merge(steps[steps["phase"] == "slip"], on="cycle", suffixes=("", "_after"))
-    for tip, after, eta in zip(slips["x1"], slips["x1_after"], slips["eta"], strict=True):
-        symbols.slip(panel, tip, after, eta, color=INK, linewidth=0.7)
+    tips = ["cycle", "x1"]
+    slips = end[tips].merge(slipping[tips], on="cycle", suffixes=("", "_after"))
+    if len(slips):
+        start, stop = slips["x1"].to_numpy(), slips["x1_after"].to_numpy()
+        arcs = symbols.arcs_of_slips(start, stop, float(steps["eta"].iloc[0]))
+        panel.plot(*arcs, color=INK, linewidth=0.7)
     for row in (steps.iloc[0], steps.iloc[-1]):
         symbols.clamp(panel, row["shape_x"][0], row["shape_y"][0])
 

@@ -1,6 +1,7 @@
 """Panels of equal scale in which shapes of rods are drawn."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,20 +108,24 @@ def draw(panel: Axes, rows: pd.DataFrame, **look: Any) -> None:
     panel.add_collection(LineCollection(lines, **{"capstyle": "round", **look}), autolim=False)
 
 
-def band(panel: Axes, rows: pd.DataFrame, color: str) -> None:
-    """Fill what the rod passes over in the steps of one period, in the order of the rows."""
+def bands(panel: Axes, periods: Iterable[pd.DataFrame], color: str) -> None:
+    """Fill what the rod passes over in the steps of each period, in the order of its rows."""
+    strips = list(chain.from_iterable(map(_strips, periods)))
+    # An edge of the same colour closes the seams between the strips.
+    look: style.Look = {"facecolor": color, "edgecolor": color, "linewidth": 0.3}
+    panel.add_collection(PolyCollection(strips, **look), autolim=False)
+
+
+def _strips(rows: pd.DataFrame) -> Iterator[FloatArray]:
+    """Yield the outlines of the strips between the shapes of one period."""
     x, y = (np.stack(list(rows[name])) for name in ("shape_x", "shape_y"))
     points = np.unique(np.linspace(0, x.shape[1] - 1, POINTS).astype(int))
     x, y = x[:, points], y[:, points]
     moved = np.hypot(np.diff(x, axis=0), np.diff(y, axis=0)).max(axis=1)
     # The rod is not drawn between two shapes if it snaps or swings from one to the other.
     jumps = np.flatnonzero(moved > CONTINUOUS * np.abs(np.diff(rows["footpoint"]))) + 1
-    strips: list[FloatArray] = []
     for part in np.split(np.arange(len(x)), jumps):
         kept = np.unique(np.linspace(0, len(part) - 1, STRIPS).astype(int))
         for near, far in zip(part[kept[:-1]], part[kept[1:]], strict=True):
             ends = np.append(x[near], x[far][::-1]), np.append(y[near], y[far][::-1])
-            strips.append(np.column_stack(ends))
-    # An edge of the same colour closes the seams between the strips.
-    look: style.Look = {"facecolor": color, "edgecolor": color, "linewidth": 0.3}
-    panel.add_collection(PolyCollection(strips, **look), autolim=False)
+            yield np.column_stack(ends)

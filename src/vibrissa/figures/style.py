@@ -25,6 +25,8 @@ from vibrissa.study.figures import PARTS
 Look: TypeAlias = dict[str, Any]
 # Widths of a figure (inch): one column of a journal, and the whole page.
 COLUMN, PAGE = 3.5, 7.2
+# Resolution of a PNG (dots per inch).
+DPI = 300
 # Colours that readers with any colour vision tell apart (Okabe and Ito), and the paper's markers.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 MARKERS = ("s", "D", "^", "o", "v", "P")
@@ -74,7 +76,9 @@ SETTINGS: Any = {
     "legend.columnspacing": 1.2,
     "figure.figsize": (COLUMN, 2.6),
     "figure.constrained_layout.use": True,
-    "savefig.dpi": 300,
+    # Where titles are if no ticks are above them, for which matplotlib looks many times.
+    "axes.titley": 1.0,
+    "savefig.dpi": DPI,
     # Identical files from identical tables
     "svg.hashsalt": "vibrissa",
 }
@@ -95,7 +99,8 @@ def applied() -> AbstractContextManager[None]:
 
 def page(height: float, width: float = COLUMN) -> Figure:
     """Make an empty figure; sizes in inch."""
-    return Figure(figsize=(width, height), layout="constrained")
+    # With the resolution of the PNG, which is then drawn with texts that the layout has measured.
+    return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
 
 
 def axes(height: float) -> tuple[Figure, Axes]:
@@ -181,7 +186,9 @@ def save(figure: Figure, paths: Sequence[str | Path], title: str = "", study: st
     about = title or "figure", f"study {study}" if study else "no study", _program()
     with applied():
         # Laid out once for all formats, which measure text differently.
-        figure.draw_without_rendering()
+        engine = figure.get_layout_engine()
+        if engine and figure.axes:
+            engine.execute(figure)
     # None means the engine of the settings, and each `savefig` sets it again.
     with applied(), matplotlib.rc_context({"figure.constrained_layout.use": False}):
         # With "none" in place of None every format would be drawn twice.

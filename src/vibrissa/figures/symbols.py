@@ -3,13 +3,14 @@
 Positions are in units of L. A rod is drawn from its clamp upwards to the surface.
 """
 
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Arc
 
 from vibrissa.figures.style import INK, LOAD, SURFACE, Look
+from vibrissa.numerics.arrays import FloatArray
 
 Point: TypeAlias = tuple[float, float]
 # Depth of a fixed body, and half of the width of a clamp (L).
@@ -20,6 +21,13 @@ ARCH, HIGHEST_ARCH = 0.5, 0.05
 FORCE = 0.2
 HATCH: Look = {"facecolor": "none", "edgecolor": "#999999", "hatch": "//////", "linewidth": 0.0}
 THIN_ARROW: Look = {"linewidth": 0.8, "color": INK, "shrinkA": 0.0, "shrinkB": 0.0}
+
+
+class Arcs(NamedTuple):
+    """Points of a line of arcs (L)."""
+
+    x: FloatArray
+    y: FloatArray
 
 
 def surface(panel: Axes, eta: float) -> None:
@@ -72,10 +80,13 @@ def angle(panel: Axes, at: Point, radius: float, ends: tuple[float, float]) -> N
     panel.plot(*zip(at, stop, strict=True), color=INK, linewidth=0.7, linestyle=":")
 
 
-def slip(panel: Axes, start: float, stop: float, eta: float, **look: Any) -> None:
-    """Draw the slip of a tip: an arc above the surface from its old to its new contact point."""
-    turn = np.linspace(np.pi, 0.0, 13)
-    middle, half = 0.5 * (start + stop), 0.5 * abs(stop - start)
-    height = min(2.0 * ARCH * half, HIGHEST_ARCH)
-    x = middle + np.sign(stop - start) * half * np.cos(turn)
-    panel.plot(x, eta + DEPTH + 0.005 + height * np.sin(turn), **look)
+def arcs_of_slips(start: FloatArray, stop: FloatArray, eta: float) -> Arcs:
+    """Return the slips of a tip as one line, with a gap after each.
+
+    A slip is an arc above the surface from the old to the new contact point, `start` to `stop`.
+    """
+    turn = np.append(np.linspace(np.pi, 0.0, 13), np.nan)
+    middle, half = 0.5 * (start + stop)[:, None], 0.5 * (stop - start)[:, None]
+    height = np.minimum(2.0 * ARCH * np.abs(half), HIGHEST_ARCH)
+    x, y = middle + half * np.cos(turn), eta + DEPTH + 0.005 + height * np.sin(turn)
+    return Arcs(x=x.ravel(), y=y.ravel())

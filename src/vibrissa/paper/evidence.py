@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import pandas as pd
@@ -82,6 +83,16 @@ class Evidence:
         """Apply `value` to the steps of each scan: a row for each θ, a column for each μ0."""
         return self.scan.groupby(["theta", "mu0"])[self.scan.columns].apply(value).unstack()
 
+    def bending_of(self, steps: pd.DataFrame) -> Bending:
+        """Return the bending of the rod in some of the steps of the scans."""
+        return self._bending_of_scan.take(self.scan.index.get_indexer(steps.index))
+
+    @cached_property
+    def _bending_of_scan(self) -> Bending:
+        """Bending of the rod in all steps, measured once for all statements."""
+        rows = self.scan
+        return _bending(rows, rows["f"], rows["alpha"], rows["x1"] - rows["footpoint"])
+
     def scan_lengths(self) -> pd.DataFrame:
         """Distance that the clamp moves in each scan (L)."""
         return self.of_scans(lambda rows: rows["footpoint"].iloc[-1])
@@ -135,11 +146,6 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
         scan=found["scan"],
         state=found["state"].iloc[0].to_dict(),
     )
-
-
-def bending_of_steps(rows: pd.DataFrame) -> Bending:
-    """Measure the bending of the rod in each step of a scan."""
-    return _bending(rows, rows["f"], rows["alpha"], rows["x1"] - rows["footpoint"])
 
 
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:

@@ -9,7 +9,7 @@ from vibrissa.mechanics.elastica import rod_equations
 from vibrissa.mechanics.taper import diameter
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import SlipLaw
-from vibrissa.paper.evidence import Evidence, bending_of_steps
+from vibrissa.paper.evidence import Evidence
 from vibrissa.paper.judging import EXAMPLE, NEGLIGIBLE, ends, judged, rises
 from vibrissa.paper.ledger import Finding, Quantities, judges
 from vibrissa.scanning.cycles import steady_travel
@@ -78,9 +78,9 @@ def frequency_by_laws(evidence: Evidence) -> Finding:
     falls: dict[str, bool] = {}
     for law, ratio in ((SlipLaw.FREE, 1.0), *product(SLOWED, KINETIC_RATIOS)):
         model = SlipModel.of(law, ratio)
-        travel = np.array([steady_travel(response, one, model) for one in mu0])
+        *travel, plain = steady_travel(response, np.append(mu0, PLAIN_FRICTION), model)
         name = f"{law}, μk/μ0 = {ratio:g}" if law in SLOWED else str(law)
-        frequencies.append(1.0 / steady_travel(response, PLAIN_FRICTION, model))
+        frequencies.append(1.0 / plain)
         quantities[f"events per L at μ0 = {PLAIN_FRICTION:g}, law {name}"] = (
             frequencies[-1],
             "1/L",
@@ -111,7 +111,7 @@ def force_unit(evidence: Evidence) -> Finding:
 def example_rod(evidence: Evidence) -> Finding:
     slenderness = EXAMPLE.base_diameter / EXAMPLE.length
     limit = STEEL_STRENGTH / EXAMPLE.youngs_modulus
-    strain = slenderness * bending_of_steps(evidence.scan).strain
+    strain = slenderness * evidence.bending_of(evidence.scan).strain
     first, largest = strain[evidence.scan["x0"] == 0.0].min(), strain.max()
     quantities = {
         "smallest strain of a first state": (100 * first, "%"),
@@ -206,11 +206,17 @@ def two_unknowns(evidence: Evidence) -> Finding:
 def default_shooting(evidence: Evidence) -> Finding:
     off: list[int] = []
     errors: list[float] = []
-    for rows in evidence.first_periods():
+    # Up to its end, a walk with a smaller μ0 is the same.
+    largest = float(evidence.scan["mu0"].max())
+    walks = {
+        theta: shooting.walk(theta, evidence.eta, evidence.dx0, largest, shooting.PAPER)
         # Python computes with its own numbers faster than with NumPy's.
+        for theta in map(float, evidence.scan["theta"].unique())
+    }
+    for rows in evidence.first_periods():
         theta, mu0 = float(rows["theta"].iloc[0]), float(rows["mu0"].iloc[0])
         steps = len(rows) - 1
-        walk = shooting.walk(theta, evidence.eta, evidence.dx0, mu0, shooting.PAPER)
+        walk = shooting.until_slip(walks[theta], mu0)
         off.append(abs(len(walk) - 2 - steps))
         shot = np.array([state.f for state in walk[: steps + 1]])
         errors.append(float(np.abs(shot / rows["f"].to_numpy()[: len(shot)] - 1.0).max()))

@@ -10,7 +10,7 @@ from vibrissa.decimals import exact
 from vibrissa.mechanics.bending import Bending
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import last_step_within
-from vibrissa.paper.evidence import Evidence, bending_at_the_last_state, bending_of_steps
+from vibrissa.paper.evidence import Evidence, bending_at_the_last_state
 from vibrissa.paper.judging import (
     EXAMPLE,
     MEASURES,
@@ -52,7 +52,7 @@ def sign_of_alpha(evidence: Evidence) -> Finding:
 @judges("further deformed")
 def further_deformed(evidence: Evidence) -> Finding:
     periods = evidence.first_periods()
-    bent = [bending_of_steps(rows) for rows in periods]
+    bent = [evidence.bending_of(rows) for rows in periods]
     growth = np.array([rods.energy[-1] / rods.energy[0] for rods in bent]) - 1.0
     moments = (rows["reaction_m"].abs() for rows in periods)
     fall = 1.0 - np.array([moment.iloc[-1] / moment.iloc[0] for moment in moments])
@@ -112,7 +112,8 @@ def longer_with_taper(evidence: Evidence) -> Finding:
 
 @judges("deformation with θ")
 def deformed_with_taper(evidence: Evidence) -> Finding:
-    bent = [bending_at_the_last_state(rows) for _, rows in evidence.taper.groupby("mu0")]
+    every = bending_at_the_last_state(evidence.taper)
+    bent = [every.take(places) for places in evidence.taper.groupby("mu0").indices.values()]
     first, last = (Bending.concatenate([r.take(np.array([i])) for r in bent]) for i in (0, -1))
     quantities: Quantities = {}
     for name, one in MEASURES.items():
@@ -125,7 +126,7 @@ def deformed_with_taper(evidence: Evidence) -> Finding:
 def friction_compared(evidence: Evidence) -> Finding:
     ends = pd.concat([rows.iloc[[-1]] for rows in evidence.first_periods()])
     low, high = (ends[ends["mu0"] == mu0] for mu0 in (ends["mu0"].min(), ends["mu0"].max()))
-    less, more = bending_of_steps(low), bending_of_steps(high)
+    less, more = evidence.bending_of(low), evidence.bending_of(high)
     ratio = high["x0"].to_numpy() / low["x0"].to_numpy()
     quantities = spread("ratio of x0,max, μ0 = 0.4 to 0.3", ratio, "1")
     quantities |= spread("ratio of the energies", more.energy / less.energy, "1")

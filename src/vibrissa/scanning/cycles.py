@@ -11,6 +11,7 @@ from math import ceil
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError, EndedScanError, NoResponseError
@@ -280,7 +281,7 @@ def _first_turns(turns: Sequence[Decimal], length: Decimal) -> list[Decimal]:
     return found
 
 
-def steady_travel(response: Response, mu0: float, model: SlipModel) -> float:
+def steady_travel(response: Response, mu0: ArrayLike, model: SlipModel) -> FloatArray:
     """Travel of the clamp in a period of sticking on a plane, in the limit of small steps (L).
 
     It is the travel in each period after the first: from where a slip ends that begins at the exact
@@ -304,10 +305,16 @@ def steady_travel(response: Response, mu0: float, model: SlipModel) -> float:
     >>> print(f"{steady_travel(response, 0.3, SlipModel.of('damped', 0.7, damping=0.1)):.6f}")
     0.020431
     """
-    onset = float(response.curve.onset(mu0))
-    if np.isnan(onset):
-        raise ArgumentError(f"the tip does not slip at mu0 = {mu0!r}: it is self-locking")
+    friction = np.asarray(mu0, dtype=float)
+    onset = response.curve.onset(friction)
+    if (locks := np.isnan(onset)).any():
+        first = float(friction[locks][0])
+        raise ArgumentError(f"the tip does not slip at mu0 = {first!r}: it is self-locking")
     stage = Stage(response=response, eta=response.curve.eta)
-    slip = Slip(stage=stage, surface=constant(mu0), model=model)
-    end = slip.follow(response.contact(0.0, onset, 1))
-    return onset - end.x0 if end.lost is None else np.nan
+    travel = np.full(friction.shape, np.nan)
+    for place, begin in np.ndenumerate(onset):
+        slip = Slip(stage=stage, surface=constant(float(friction[place])), model=model)
+        end = slip.follow(response.contact(0.0, float(begin), 1))
+        if end.lost is None:
+            travel[place] = begin - end.x0
+    return travel

@@ -1,6 +1,7 @@
 """The paper's own procedure, as a check: Runge–Kutta in a Nelder–Mead search, in steps of Δx0."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -102,12 +103,22 @@ def shoot(
     theta: float, f: float, alpha: float, x1: float, y1: float, tolerances: Tolerances = PRECISE
 ) -> _Tip:
     """Integrate paper equation (2) by Runge–Kutta 4(5) from the clamp to the tip."""
+    return _gun(theta, y1, tolerances)(_Shot(f=f, alpha=alpha, x1=x1))
+
+
+def _gun(theta: float, y1: float, tolerances: Tolerances) -> Callable[[_Shot], _Tip]:
+    """Make a function that shoots, with one integrator for all its shots."""
     from scipy.integrate import ode  # half a second to load
 
-    solver = ode(rod_equations(theta, f, alpha, x1, y1))
+    solver = ode(lambda s, state, derivative: derivative(s, state))
     solver.set_integrator("dopri5", rtol=tolerances.rtol, atol=tolerances.atol, nsteps=10_000)
-    solver.set_initial_value((0.0, 0.0, math.pi / 2), 0.0)
-    return _Tip(*solver.integrate(1.0))
+
+    def tip(shot: _Shot) -> _Tip:
+        solver.set_f_params(rod_equations(theta, *shot, y1))
+        solver.set_initial_value((0.0, 0.0, math.pi / 2), 0.0)
+        return _Tip(*solver.integrate(1.0))
+
+    return tip
 
 
 def _search(
@@ -126,9 +137,11 @@ def _search(
         f, other = map(float, unknowns)
         return _Shot(f=f, alpha=other if alpha is None else alpha, x1=other if x1 is None else x1)
 
+    tip_of = _gun(theta, y1, tolerances)
+
     def miss(unknowns: FloatArray) -> float:
         tried = shot(unknowns)
-        tip = shoot(theta, *tried, y1, tolerances)
+        tip = tip_of(tried)
         return math.hypot(tip.x - tried.x1, tip.y - y1)
 
     from scipy.optimize import minimize  # a tenth of a second to load
@@ -145,8 +158,7 @@ def _search(
         # A collapsed simplex cannot leave its point: open a reversed one, of the size of the miss.
         size = -np.sign(size) * np.maximum(np.abs(size), 10.0 * result.fun)
     found = shot(best)
-    phi1 = shoot(theta, *found, y1, tolerances).phi
-    return ShotState(**found._asdict(), phi1=phi1, miss=float(result.fun))
+    return ShotState(**found._asdict(), phi1=tip_of(found).phi, miss=float(result.fun))
 
 
 def initial_state(theta: float, eta: float, tolerances: Tolerances = PRECISE) -> ShotState:
@@ -213,6 +225,14 @@ def walk(
         beyond = beyond + 1 if demand < previous else 0
         if beyond == STEPS_BEYOND_LOCK:
             break
+    return states
+
+
+def until_slip(states: list[ShotState], mu0: float) -> list[ShotState]:
+    """Keep the states of a walk with a larger μ0 (or none) that a walk with `mu0` has."""
+    for number, state in enumerate(states, start=1):
+        if -math.tan(state.alpha) > mu0:
+            return states[:number]
     return states
 
 
