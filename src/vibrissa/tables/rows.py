@@ -7,7 +7,6 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from vibrissa.numerics.arrays import BoolArray
 from vibrissa.tables.schemas import FLAG, NUMBER, TEXT, WHOLE
 
 _TYPES = {NUMBER: np.float64, WHOLE: np.int64, FLAG: np.bool_}
@@ -45,7 +44,7 @@ def _starts(parts: Sequence[Sized]) -> pa.Buffer:
     return pa.py_buffer(np.append(0, np.cumsum(lengths)).astype(np.int32))
 
 
-def _bits(flags: BoolArray) -> pa.Buffer:
+def _bits(flags: NDArray[np.bool_]) -> pa.Buffer:
     return pa.py_buffer(np.packbits(flags, bitorder="little"))
 
 
