@@ -1,5 +1,10 @@
 """Rows of grid points: what they hold, and that a chunk's file is the one that is asked for."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pyarrow as pa
 import pytest
@@ -48,6 +53,25 @@ def test_a_row_is_what_a_single_curve_answers(table, dx0):
         else:
             assert row["x0_slip"] is None and row["n_steps"] is None
             assert row["ends_by"] == "swings_aside"
+
+
+@pytest.mark.slow
+def test_a_job_that_solves_points_loads_no_library_that_it_does_not_need():
+    # Each takes a third of a second, and every job would load them again.
+    code = (
+        "import made_tables, sys\n"
+        "made_tables.points('g', made_tables.grid(theta=(1.0, 2.0)))\n"
+        "print(*{'scipy', 'pandas'} & set(sys.modules), file=sys.stderr)"
+    )
+    path = [str(Path(__file__).parent.parent), *sys.path]
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(path)},
+    )
+    assert done.stderr.strip() == ""
 
 
 def test_the_axes_are_in_their_rows(axes, table):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial, chebyshev
+from scipy.special import legendre_p_all
 
 from vibrissa.numerics.spectral import (
     chebyshev_nodes,
@@ -32,6 +33,14 @@ def test_coefficients_and_values_are_inverse_to_rounding(n):
     values = np.cos(7 * rule.nodes)
     again = legendre_series(n, rule.nodes)[0] @ rule.to_coefficients @ values
     assert np.abs(again - values).max() < 3e-15 * n
+
+
+@pytest.mark.parametrize("n", [1, 2, 24, 108])
+def test_legendre_polynomials_are_those_of_scipy(n):
+    tau = np.linspace(0.0, 1.0, 50).reshape(2, 25)
+    values, _ = legendre_series(n, tau)
+    expected = legendre_p_all(n - 1, 2.0 * tau - 1.0)[0]
+    assert np.moveaxis(values, -1, 0) == pytest.approx(expected, rel=0.0, abs=2e-14)
 
 
 @pytest.mark.parametrize("k", [2, 9, 17])

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
+from numpy.typing import NDArray
 
 from vibrissa.computing.columns import frequency_values, state_values
 from vibrissa.computing.rods import SolverSettings, rods_of, solve
 from vibrissa.decimals import exact
 from vibrissa.errors import StudyError
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
 from vibrissa.outcomes import Status, TipMotion
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
 from vibrissa.sticking.periods import read_curves
@@ -20,9 +20,8 @@ from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.vibration import state_frequencies
 from vibrissa.study.axes import Value, Values
 from vibrissa.study.chunks import columns_at, columns_of, number_of_points
-from vibrissa.study.points import read_points
-from vibrissa.tables.rows import array, table_of
-from vibrissa.tables.schemas import NUMBER, STICTION, TEXT
+from vibrissa.tables.rows import table_of
+from vibrissa.tables.schemas import STICTION
 
 
 def solved_points(
@@ -64,6 +63,8 @@ def solved_points_of_file(
     StudyError
         If the points of these rods are no longer the same.
     """
+    from vibrissa.study.points import read_points  # a twentieth of a second to load
+
     table = read_points(Path(file), common)
     by_step = solver.method.by_step
     chosen = table.rods(by_step)[first : first + rods]
@@ -111,25 +112,26 @@ def _rows_table(
         Number of points on each path; the points of a path follow each other.
     """
     ends = np.cumsum(counts)[:-1]
-    curve_of_point = pa.array(np.repeat(np.arange(len(curves)), counts))
-    steps = {step: exact(step) for step in axes["dx0"].tolist()}
+    curve_of_point = np.repeat(np.arange(len(curves)), counts)
+    steps = {step: exact(step) for step in set(axes["dx0"].tolist())}
     dx0 = [[steps[step] for step in part.tolist()] for part in np.split(axes["dx0"], ends)]
     periods = read_curves(curves, np.split(axes["mu0"], ends), dx0)
 
-    def of_curves(name: str, kind: pa.DataType = NUMBER) -> pa.Array:
-        """Repeat an attribute of each path for all its points; NaN becomes null."""
-        values = [getattr(curve, name) for curve in curves]
-        return array(np.array(values) if kind == NUMBER else values, kind).take(curve_of_point)
+    def of_curves(name: str) -> NDArray[Any]:
+        """Repeat an attribute of each path for all its points."""
+        return np.array([getattr(curve, name) for curve in curves])[curve_of_point]
 
     status = np.array(periods.status, dtype=object)
-    known = pa.array((status == Status.SLIP) | (status == Status.LOCK))
+    known = (status == Status.SLIP) | (status == Status.LOCK)
+    penetrates: ObjectArray = periods.penetrates.astype(object)
+    penetrates[~known] = None
     columns = {
         **axes,
-        "study": pa.repeat(study, sum(counts)),
-        "grid": pa.repeat(grid, sum(counts)),
-        "method": of_curves("method", TEXT),
+        "study": [study] * sum(counts),
+        "grid": [grid] * sum(counts),
+        "method": of_curves("method"),
         "status": status,
-        "message": pc.if_else(known, "", of_curves("message", TEXT)),
+        "message": np.where(known, "", of_curves("message")),
         "contact": [contact or None for contact in periods.contact],
         "x0_slip": periods.x0_slip,
         "x0_max": periods.x0_max,
@@ -146,7 +148,7 @@ def _rows_table(
         "x0_trail": periods.trail.x0,
         **state_values(periods.trail, "_trail"),
         "x1_init": of_curves("x1_init"),
-        "penetrates": pc.if_else(known, pa.array(periods.penetrates), None),
+        "penetrates": penetrates,
         "residual": of_curves("residual"),
     }
     return table_of(STICTION, columns)

@@ -18,7 +18,7 @@ ROW_ORDER = ("eta", "theta", *MOUNTING_AXES, "dx0", "mu0")
 # Default largest number of values of each axis in a chunk, and of rods. A job then takes some 10 s;
 # a run that is stopped loses no more. Friction and step are not cut, as their points cost little.
 SIZES = {"theta": 64, "eta": 16, **dict.fromkeys(MOUNTING_AXES, 16)}
-MOST_RODS = 512
+MOST_RODS = 1024
 # Characters of a chunk's name before a digest: file systems allow 255 with all endings.
 LONGEST_NAME = 150
 # The paper's own method takes ten seconds and more for each rod and step.

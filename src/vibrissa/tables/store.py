@@ -18,6 +18,7 @@ from vibrissa import __version__
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.files import write_atomically
 from vibrissa.provenance import code_of, commit
+from vibrissa.tables.schemas import TEXT
 
 TABLE, VERSION, STUDY = "vibrissa.table", "vibrissa.schema", "vibrissa.study"
 PROGRAM, COMMIT, CODE = "vibrissa.version", "vibrissa.commit", "vibrissa.code"
@@ -39,11 +40,20 @@ def write_batches(
     code = code_of(schema.metadata[TABLE.encode()].decode())
     added = {PROGRAM: __version__, COMMIT: commit(), CODE: code, STUDY: study_part}
     schema = schema.with_metadata({**schema.metadata, **added})
+    # Dictionaries of numbers, which seldom repeat, take longer to write than the numbers.
+    texts = [field.name for field in schema if field.type == TEXT]
     # Removed first: a kill between the two files must not leave the checksum of the former table.
     checksum_file(path).unlink(missing_ok=True)
     with (
         write_atomically(Path(path)) as temporary,
-        pq.ParquetWriter(temporary, schema, write_page_checksum=True) as writer,
+        pq.ParquetWriter(
+            temporary,
+            schema,
+            write_page_checksum=True,
+            use_dictionary=texts,
+            compression="zstd",
+            compression_level=1,
+        ) as writer,
     ):
         for group in _regrouped(batches, ROW_GROUP):
             writer.write_table(group.replace_schema_metadata(schema.metadata).combine_chunks())
