@@ -15,13 +15,14 @@ SCHEMA_VERSION = "10"
 
 NONE = "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
+NUMBERS, TEXTS = pa.list_(NUMBER), pa.list_(TEXT)
 _TYPES = {
     "number": NUMBER,
     "text": TEXT,
     "whole": WHOLE,
     "flag": FLAG,
-    "numbers": pa.list_(NUMBER),
-    "texts": pa.list_(TEXT),
+    "numbers": NUMBERS,
+    "texts": TEXTS,
 }
 # Keys of a column's metadata, in the order of display.
 UNIT, RANGE, NULL, EQUATION, DESCRIPTION = b"unit", b"range", b"null", b"equation", b"description"
