@@ -185,6 +185,15 @@ def test_a_root_beside_a_kink_is_found(beyond):
     assert found == pytest.approx(root, abs=2e-15)
 
 
+def test_a_kink_near_a_root_costs_one_more_look():
+    kink = 0.5 + 1.0 / 257
+    found, calls = sampled(
+        lambda x: np.exp(-x) - np.exp(-0.5) - np.maximum(x - kink, 0.0), np.linspace(0.0, 1.0, 258)
+    )
+    assert found == pytest.approx(0.5, abs=2e-15)
+    assert calls == 2
+
+
 @pytest.mark.parametrize("before", [1e-6, 1e-7, 1e-8, 1e-9])
 def test_a_root_just_after_a_slight_kink_is_found(before):
     more, kink = 1e-4, 0.5 - before
