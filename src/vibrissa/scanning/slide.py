@@ -247,10 +247,15 @@ class Slide(RestingClamp):
         self.surface.check_known(self._place(self._longest()))
         return SlideEnd(self._place(end), lost=Lost.BENT)
 
-    def released(self, distance: float) -> float:
-        """Elastic energy that is released on a distance (L) of a slide on a plane (E·I0/L)."""
-        breaks = np.unique(np.append(0.0, self._breaks(0.0, distance)))
-        return float(self._balance(breaks).forces.driving.integrate(0.0, distance))
+    def driving(self, distance: float) -> "BPoly":
+        """Tangential force in the direction of a slide on a plane, over its first part (E·I0/L²).
+
+        Parameters
+        ----------
+        distance : float
+            Length of the part, positive (L).
+        """
+        return self._balance(self._breaks(0.0, distance)).forces.driving
 
     @property
     def _onward(self) -> int:

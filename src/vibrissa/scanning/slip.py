@@ -18,8 +18,6 @@ from vibrissa.scanning.surfaces import Footing
 FULL = 1e-9
 # Largest number of slides in a slip: a tip that stops where it cannot stick slides back, less far.
 REVERSALS = 100
-# Number of places at which a state with α = 0 is sought before a free slip on a plane.
-PLACES = 257
 
 
 class Flight(NamedTuple):
@@ -84,10 +82,9 @@ class Slip(RestingClamp):
             If the tip reaches an unknown part of the surface, or slides to and fro for too long.
         """
         contact = self._within(contact)
-        if self.model.law is SlipLaw.FREE and self._returns(contact):
-            states, begin = self.held(contact)
-            end = states.contact(float(self.stage.along(self.clamp)), 0.0, self.side)
-            return SlipEnd(contact=end, x0=0.0, released=self._released(contact, float(begin)))
+        if self.model.law is SlipLaw.FREE and self.surface.texture is None:
+            if (end := self._free_on_plane(contact)) is not None:
+                return end
         released, dissipated = 0.0, 0.0
         flights: tuple[Flight, ...] = ()
         for _ in range(REVERSALS):
@@ -123,20 +120,20 @@ class Slip(RestingClamp):
             direction=direction,
         )
 
-    def _returns(self, contact: float) -> bool:
-        """Whether a free slip on a plane ends in the state x0 = 0.
+    def _free_on_plane(self, contact: float) -> SlipEnd | None:
+        """Return the end of a free slip on a plane in the state x0 = 0; None if it ends before.
 
         A pushed tip that was pushed back before meets another state with α = 0 on its way.
         """
-        if self.surface.texture is not None:
-            return False
         states, x0 = self.held(contact)
-        between = states.demand(np.linspace(0.0, float(x0), PLACES)[1:])
-        return not (x0 > 0.0 and between.min() < 0.0)
-
-    def _released(self, contact: float, x0: float) -> float:
-        """Elastic energy that is released on the way to the state x0 = 0 on a plane (E·I0/L)."""
-        return self._slide(contact, 1 if x0 > 0.0 else -1).released(abs(x0)) if x0 else 0.0
+        end = states.contact(float(self.stage.along(self.clamp)), 0.0, self.side)
+        if x0 == 0.0:
+            return SlipEnd(contact=end, x0=0.0, released=0.0)
+        driving = self._slide(contact, 1 if x0 > 0.0 else -1).driving(abs(float(x0)))
+        if x0 > 0.0 and driving(driving.x[:-1]).min() < 0.0:
+            return None
+        released = float(driving.integrate(0.0, driving.x[-1]))
+        return SlipEnd(contact=end, x0=0.0, released=released)
 
     def _within(self, contact: float) -> float:
         """Move a tip that a long step has taken out of the computed states to the last of them."""
