@@ -194,6 +194,14 @@ def test_a_kink_near_a_root_costs_one_more_look():
     assert calls == 2
 
 
+def test_a_maximum_just_before_a_root_costs_one_more_look():
+    found, calls = sampled(
+        lambda x: np.minimum(0.01 * x, np.exp(0.5 - x) - 1.0), np.linspace(0.0, 1.0, 258)
+    )
+    assert found == pytest.approx(0.5, abs=2e-15)
+    assert calls == 2
+
+
 @pytest.mark.parametrize("before", [1e-6, 1e-7, 1e-8, 1e-9])
 def test_a_root_just_after_a_slight_kink_is_found(before):
     more, kink = 1e-4, 0.5 - before

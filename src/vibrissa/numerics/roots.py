@@ -102,15 +102,15 @@ def sampled_root(
     last : int
         Index of the last sample before the root.
     """
-    from scipy.optimize import brentq  # a tenth of a second to load
-
     low, high = sorted(places[last : last + 2].tolist())
     width = places[last + 1] - places[last]
     around = slice(max(last - 1, 0), last + 3)
+    if not _falls(values[around]):
+        around = slice(last, last + 2)
     near = width * NEAR * np.array([-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0])
     x, y = places[around], values[around]
     for closer in range(CUBICS + 1):
-        if not (np.diff(y) < 0.0).all():
+        if not _falls(y):
             break
         root = _root_of_cubic(x, y)
         if closer and low <= root <= high:
@@ -119,7 +119,13 @@ def sampled_root(
                 return root
         x = root + near
         y = function(x)
+    from scipy.optimize import brentq  # half a second to load
+
     return float(brentq(function, low, high, xtol=1e-14))
+
+
+def _falls(y: FloatArray) -> bool:
+    return bool((np.diff(y) < 0.0).all())
 
 
 def _root_of_cubic(x: FloatArray, y: FloatArray) -> float:

@@ -230,13 +230,13 @@ class Tip:
 
     def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Add clamp positions at minima of the least margin; return positions and that margin."""
-        from scipy.optimize import minimize_scalar  # a tenth of a second to load
-
         left = self._least(clamp)
         lowest = (left[1:-1] < left[:-2]) & (left[1:-1] < left[2:])
         # Sticking ends before what comes after the first position without a margin.
         ended = 1 + int(np.append(left[1:] <= 0.0, True).argmax())
         for i in np.flatnonzero(lowest[: ended - 1]) + 1:
+            from scipy.optimize import minimize_scalar  # half a second to load
+
             bounds = sorted((clamp[i - 1], clamp[i + 1]))
             found = minimize_scalar(self._least, bounds=bounds, method="bounded")
             clamp, left = np.append(clamp, found.x), np.append(left, found.fun)
