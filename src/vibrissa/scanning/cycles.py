@@ -285,8 +285,21 @@ def steady_travel(response: Response, mu0: ArrayLike, model: SlipModel) -> Float
     """Travel of the clamp in a period of sticking on a plane, in the limit of small steps (L).
 
     It is the travel in each period after the first: from where a slip ends that begins at the exact
-    onset, to the next onset. Its inverse is the number of slips in a length. NaN if the tip is lost
-    in its slip, so that there is no next onset.
+    onset, to the next onset. Its inverse is the number of slips in a length.
+
+    Parameters
+    ----------
+    response : Response
+        States of the rod, at one distance.
+    mu0 : array_like
+        Coefficients of static friction.
+    model : SlipModel
+        Where a slip ends.
+
+    Returns
+    -------
+    ndarray, shape of mu0
+        NaN where the tip is lost in its slip, so that there is no next onset.
 
     Raises
     ------
