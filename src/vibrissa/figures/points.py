@@ -56,6 +56,9 @@ def friction(rows: pd.DataFrame) -> Figure:
         enlarged.set_title("enlarged: levels of the step grid", fontsize=8)
         enlarged.set_yticks(levels[:SHOWN_LEVELS] * rows["dx0"].iloc[0])
         enlarged.yaxis.grid(True, linewidth=0.3, color="#cccccc")
+        # Away from the lines between both panels, which would cross its label.
+        enlarged.yaxis.tick_right()
+        enlarged.yaxis.set_label_position("right")
         for side in ("top", "right"):
             enlarged.spines[side].set_visible(True)
         for spine in enlarged.spines.values():
