@@ -48,7 +48,7 @@ def lateral() -> Figure:
     rod(rods, curve, swing, color=style.COLORS[0])
     rod(rods, curve, swing - 0.3, -1, swing + 0.3, color=style.COLORS[1])
     rods.text(-0.03, 0.3, "1", ha="right")
-    rods.text(swing - 0.06, 0.15, "2", ha="right", color=style.COLORS[0])
+    rods.text(swing - 0.14, 0.15, "2", ha="right", color=style.COLORS[0])
     rods.text(swing + 0.39, 0.45, "3", color=style.COLORS[1])
     side_view(rods, -0.15, 1.15)
     x0 = np.linspace(0.0, swing, 200)
