@@ -185,6 +185,16 @@ def test_a_root_beside_a_kink_is_found(beyond):
     assert found == pytest.approx(root, abs=2e-15)
 
 
+@pytest.mark.parametrize("before", [1e-3, 1e-7, 1e-12, 0.0])
+def test_the_function_is_not_computed_beyond_its_samples(before):
+    def known_to_1(x):
+        assert np.max(x) <= 1.0
+        return np.exp(-x) - np.exp(before - 1.0)
+
+    found, _ = sampled(known_to_1, np.linspace(0.0, 1.0, 258))
+    assert found == pytest.approx(1.0 - before, abs=1e-14)
+
+
 def test_a_kink_near_a_root_costs_one_more_look():
     kink = 0.5 + 1.0 / 257
     found, calls = sampled(

@@ -117,7 +117,8 @@ def sampled_root(
             line = (x[1] * y[2] - x[2] * y[1]) / (y[2] - y[1])
             if abs(root - line) < KINK * (high - low):
                 return root
-        x = root + near
+        # The function may not be known beyond its samples.
+        x = np.clip(root + near, low, high)
         y = function(x)
     from scipy.optimize import brentq  # half a second to load
 
