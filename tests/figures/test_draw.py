@@ -21,7 +21,9 @@ from vibrissa.computing.states import states_table
 from vibrissa.errors import ArgumentError
 from vibrissa.figures import animation, labels, style
 from vibrissa.figures.draw import KINDS, animate, draw
+from vibrissa.figures.periods import TEETH, amplitudes
 from vibrissa.figures.regimes import REGIMES
+from vibrissa.scanning import SlipModel, move, stage_maker, surfaces
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.study.chunks import spell_powers
@@ -611,6 +613,80 @@ def test_an_animation_moves_all_rods_of_a_scan(tmp_path, monkeypatch):
         # Something moves in each of the two panels.
         moved = np.flatnonzero(np.abs(after - before).sum(axis=(0, 2)))
         assert moved.min() < frames[0].shape[1] // 2 < moved.max()
+
+
+# --- Scans that go back, and other laws than the paper's ---
+
+
+@cache
+def moved(law, **motion):
+    """A scan by a slip law, as a table of steps."""
+    point = {name: one for name, (one,) in grid((2.0,), (0.3,), (0.005,)).items()}
+    point |= {"surface": "plane", "law": law}
+    curve = curve_of(2.0)
+    model = SlipModel.of(law, 0.6)
+    scan = move(stage_maker(curve), surfaces.constant(0.3), 0.005, model=model, **motion)
+    return scan_tables("runs", point, scan, study="a", method=curve.method, shapes=True).steps
+
+
+def there_and_back():
+    return moved("free", to=(0.1, 0.05))
+
+
+@pytest.mark.parametrize(("kind", "panel"), [("sawtooth", 0), ("signals", 1)])
+def test_loads_are_drawn_along_the_path_of_the_clamp_there_and_back(kind, panel):
+    found = rows(there_and_back())
+    assert (np.diff(found["footpoint"]) < 0.0).any()
+    axes = draw(kind, there_and_back(), {"scan": "runs"}, look={"by": "law"}).axes[panel]
+    # A sawtooth shows the first periods alone.
+    shown = found[found["cycle"] <= TEETH] if kind == "sawtooth" else found
+    assert any(is_line(line, shown["footpoint"], shown["reaction_fx"]) for line in axes.lines)
+
+
+def test_the_spectrum_of_a_load_is_that_along_the_path_of_the_clamp():
+    figure = draw("spectrum", there_and_back(), {"scan": "runs"}, look={"by": "law"})
+    expected = amplitudes(rows(there_and_back())["reaction_fx"].to_numpy(), 0.005)
+    assert is_line(figure.axes[0].lines[0], *expected)
+
+
+@pytest.mark.slow
+def test_shapes_of_a_scan_that_goes_back_are_in_the_order_of_its_steps():
+    table = there_and_back()
+    found, axes = rows(table), draw("scan", table, {"scan": "runs"}).axes[0]
+    begin, end = shapes_in(axes)
+    slips = found[found["phase"] == "slip"]
+    assert len(begin) == 1 + len(slips)
+    assert begin[-1][0, 0] == pytest.approx(slips["footpoint"].iloc[-1])
+    last = found[found["phase"] == "stick"].groupby("cycle").tail(1)
+    assert [shape[0, 0] for shape in end] == pytest.approx(last["footpoint"].tolist())
+    assert [stop for _, stop in slips_in(axes)] == pytest.approx(slips["x1"].tolist())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("law", "says"), [("free", True), ("kinetic", False)])
+def test_each_period_has_the_shape_in_which_it_begins_by_any_law(law, says):
+    table = moved(law, cycles=3)
+    axes = draw("scan", table, {"scan": "runs"}).axes[0]
+    begin, _ = shapes_in(axes)
+    after = rows(table, phase="slip")
+    assert [shape[-1, 0] for shape in begin[1:]] == pytest.approx(after["x1"].tolist())
+    # Only where no friction is needed does a period begin with α = 0.
+    assert any("alpha" in text.get_text() for text in axes.texts) == says
+
+
+@pytest.mark.slow
+def test_an_animation_ends_where_the_clamp_ends(tmp_path, monkeypatch):
+    told, set_text = [], Text.set_text
+
+    def recorded(text, value):
+        told.append(str(value))
+        set_text(text, value)
+
+    monkeypatch.setattr(Text, "set_text", recorded)
+    animate(there_and_back(), {"scan": "runs"}, tmp_path / "film.apng")
+    places = [text for text in told if text.startswith("clamp at")]
+    assert places[0] == "clamp at 0.000" and places[-1] == "clamp at 0.050"
+    assert "clamp at 0.100" in places
 
 
 def test_names_of_lines_that_end_at_one_place_do_not_overlap():

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from PIL import Image
 
 from vibrissa.figures import shapes, style, symbols
-from vibrissa.figures.scans import SHAPES
+from vibrissa.figures.scans import SHAPES, begins
 from vibrissa.figures.style import COLORS, END, INK, SHAPE
 from vibrissa.files import write_atomically
 
@@ -56,8 +56,8 @@ def save(rows: pd.DataFrame, path: str | Path) -> None:
 
 
 def _frames(rows: pd.DataFrame) -> Iterator[Image.Image]:
-    """Draw the rods at equally spaced positions of the clamp."""
-    scans = [steps.sort_values("footpoint") for _, steps in rows.groupby(["mu0", "theta"])]
+    """Draw the rods after equal parts of the path of the clamp."""
+    scans = [steps for _, steps in rows.groupby(["mu0", "theta"])]
     etas = [float(steps["eta"].iloc[0]) for steps in scans]
     room = shapes.room_of(rows)
     figure, panels = shapes.panels(etas, room, len(scans), len(scans))
@@ -67,11 +67,11 @@ def _frames(rows: pd.DataFrame) -> Iterator[Image.Image]:
     # What does not move is laid out and drawn once.
     canvas.draw()  # type: ignore[no-untyped-call]
     rest = canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
-    last = max(float(steps["footpoint"].max()) for steps in scans)
-    for clamp in np.linspace(0.0, last, FRAMES):
+    longest = max(float(film.moved[-1]) for film in films)
+    for moved in np.linspace(0.0, longest, FRAMES):
         canvas.restore_region(rest)  # type: ignore[no-untyped-call]
         for film in films:
-            film.move(float(clamp))
+            film.move(float(moved))
             for artist in film.moving:
                 film.panel.draw_artist(artist)
         pixels = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
@@ -84,7 +84,8 @@ class _Film:
 
     def __init__(self, panel: Axes, steps: pd.DataFrame, room: shapes.Room) -> None:
         self.panel, self.steps = panel, steps
-        self.footpoint = steps["footpoint"].to_numpy()
+        # How far the clamp has moved at each step (L).
+        self.moved = steps["footpoint"].diff().abs().fillna(0.0).cumsum().to_numpy()
         first = steps.iloc[0]
         names = (("theta", r"\theta"), ("mu0", r"\mu_0"))
         panel.set_title(
@@ -109,10 +110,10 @@ class _Film:
         for artist in self.moving:
             artist.set_animated(True)
 
-    def move(self, clamp: float) -> None:
-        """Draw the state at the last step up to this position of the clamp (L)."""
-        done = self.steps.iloc[: np.searchsorted(self.footpoint, clamp + NEAR, side="right")]
-        now, begun = done.iloc[-1], done[done["x0"] == 0.0].iloc[-1]
+    def move(self, moved: float) -> None:
+        """Draw the state after the last step up to which the clamp has moved this far (L)."""
+        done = self.steps.iloc[: np.searchsorted(self.moved, moved + NEAR, side="right")]
+        now, begun = done.iloc[-1], done[begins(done)].iloc[-1]
         self.begun.set_data(begun["shape_x"], begun["shape_y"])
         self.rod.set_data(now["shape_x"], now["shape_y"])
         x, y = float(now["shape_x"][0]), float(now["shape_y"][0])

@@ -144,7 +144,7 @@ def _views(row: pd.Series, clamps: pd.Series) -> tuple[Figure, tuple[Axes, Axes]
 
 def _first_period(rows: pd.DataFrame) -> pd.DataFrame:
     """Keep the first period of sticking of each scan."""
-    return rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")].sort_values("footpoint")
+    return rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")]
 
 
 def _parted(steps: pd.DataFrame, name: str) -> pd.DataFrame:

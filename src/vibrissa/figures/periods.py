@@ -95,8 +95,8 @@ def sawtooth(rows: pd.DataFrame, by: str, value: str = "reaction_fx") -> Figure:
     figure = style.page(0.9 + 0.9 * len(lines), style.COLUMN)
     panels = figure.subplots(len(lines), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for panel, line in zip(panels, lines, strict=True):
-        steps = line.rows.sort_values("footpoint")
-        panel.plot(steps["footpoint"], steps[value], color=line.look["color"], linewidth=0.8)
+        x, load = line.rows["footpoint"], line.rows[value]
+        panel.plot(x, load, color=line.look["color"], linewidth=0.8)
         panel.set_title(line.name, fontsize=8, loc="left", pad=2)
         panel.set_ylabel(LOAD_LABELS[value])
     panels[-1].set_xlabel("clamp position / $L$")
@@ -109,8 +109,8 @@ def spectrum(rows: pd.DataFrame, by: str, value: str = "reaction_fx") -> Figure:
     figure, panel = style.axes(2.6)
     most = 0.0
     for line in lines_of(rows, by):
-        steps = line.rows.sort_values("footpoint")
-        frequency, amplitude = amplitudes(steps[value].to_numpy(), steps["dx0"].iloc[0])
+        load, step = line.rows[value].to_numpy(), line.rows["dx0"].iloc[0]
+        frequency, amplitude = amplitudes(load, step)
         panel.plot(frequency, amplitude, label=line.name, linewidth=0.8, **line.look)
         most = max(most, 4.0 * frequency[1 + np.argmax(amplitude[1:])])
     panel.set(

@@ -16,8 +16,9 @@ LETTERS = 26
 REACTIONS = {"reaction_fx": "$f_x$", "reaction_fy": "$f_y$", "reaction_m": "$m$"}
 BEGINS: Look = {"color": START, "linestyle": "-"}
 ENDS: Look = {"color": END, "linestyle": (0, (4, 1.2))}
-# Names of shapes, the height at which each points to its shape (share of η), and its line.
-NAMES = (("sticking begins,\n$\\alpha = 0$", 0.55, BEGINS), ("last state\nof sticking", 0.25, ENDS))
+# Names of the first shape of a period, with its inclination if it is the same in all, and the last.
+BEGUN, FREE = "sticking\nbegins", "sticking begins,\n$\\alpha = 0$"
+ENDED = "last state\nof sticking"
 # Room that the names need beside the shapes, and their distance from them (L).
 ROOM, GAP = 0.4, 0.08
 
@@ -46,7 +47,7 @@ def _first_period(rows: pd.DataFrame) -> pd.DataFrame:
 def _figure(rows: pd.DataFrame, every: pd.DataFrame, linewidth: float) -> Figure:
     """Draw a panel for each θ and μ0; a note names each scan without a result."""
     solved = rows[rows["footpoint"].notna()]
-    scans = [steps.sort_values("footpoint") for _, steps in solved.groupby(["mu0", "theta"])]
+    scans = [steps for _, steps in solved.groupby(["mu0", "theta"])]
     tapers, is_sheet = solved["theta"].nunique(), solved["mu0"].nunique() > 1
     columns = tapers if is_sheet else min(tapers, shapes.IN_A_ROW)
     usual = min(every["theta"].nunique(), shapes.IN_A_ROW)
@@ -72,7 +73,7 @@ def _figure(rows: pd.DataFrame, every: pd.DataFrame, linewidth: float) -> Figure
 def _draw(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
     """Draw the periods of a scan: what the rod passes over, its first and last shape, and slips."""
     sticking, slipping = steps[steps["phase"] == "stick"], steps[steps["phase"] == "slip"]
-    begin, end = steps[steps["x0"] == 0], sticking.groupby("cycle").tail(1)
+    begin, end = steps[begins(steps)], sticking.groupby("cycle").tail(1)
     # A period begins in the state into which the slip before it has led.
     shown = pd.concat([slipping.assign(cycle=slipping["cycle"] + 1), sticking])
     shapes.bands(panel, [rows for _, rows in shown.groupby("cycle")], SHAPE)
@@ -84,8 +85,14 @@ def _draw(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
         start, stop = slips["x1"].to_numpy(), slips["x1_after"].to_numpy()
         arcs = symbols.arcs_of_slips(start, stop, float(steps["eta"].iloc[0]))
         panel.plot(*arcs, color=INK, linewidth=0.7)
-    for row in (steps.iloc[0], steps.iloc[-1]):
+    places = {0, int(steps["footpoint"].argmax()), len(steps) - 1}
+    for row in (steps.iloc[place] for place in sorted(places)):
         symbols.clamp(panel, row["shape_x"][0], row["shape_y"][0])
+
+
+def begins(steps: pd.DataFrame) -> pd.Series:
+    """Whether a period of sticking begins in each step of a scan: the first, or after a slip."""
+    return (steps["phase"] == "slip") | (np.arange(len(steps)) == 0)
 
 
 def _name_motion(panel: Axes, steps: pd.DataFrame) -> None:
@@ -96,9 +103,11 @@ def _name_motion(panel: Axes, steps: pd.DataFrame) -> None:
     panel.plot([start, stop], [low, low], "|-", color=INK, linewidth=0.8, markersize=4)
     text = rf"$x_{{0,\mathrm{{max}}}} = {sticking['x0']:g}$"
     panel.text(start, low - 0.03, text, va="top", fontsize=7)
-    last = steps.iloc[-1]
-    tail = float(last["footpoint"]) + 0.06, float(last["shape_y"][0])
-    symbols.arrow(panel, tail, (tail[0] + 0.12, tail[1]))
+    footpoint = steps["footpoint"]
+    tail = float(footpoint.max()) + 0.06, float(steps.iloc[-1]["shape_y"][0])
+    turns = (footpoint.diff() < 0.0).any()
+    draw_arrow = symbols.dimension if turns else symbols.arrow
+    draw_arrow(panel, tail, (tail[0] + 0.12, tail[1]))
     panel.text(tail[0] + 0.14, tail[1], "clamp", va="center", fontsize=7)
     if (steps["phase"] == "slip").any():
         tips = sorted([sticking["x1"], *steps["x1"][steps["phase"] == "slip"]])
@@ -110,10 +119,13 @@ def _name_motion(panel: Axes, steps: pd.DataFrame) -> None:
 
 def _name_lines(panel: Axes, steps: pd.DataFrame, linewidth: float) -> None:
     """Name the first and the last shape of a period beside them, or else in the legend."""
-    begin, end = steps[steps["x0"] == 0], steps[steps["phase"] == "stick"].groupby("cycle").tail(1)
+    begin, end = steps[begins(steps)], steps[steps["phase"] == "stick"].groupby("cycle").tail(1)
+    begun = FREE if (begin["x0"] == 0.0).all() else BEGUN
+    # The height at which each name points to its shape is a share of η.
+    names = ((begun, 0.55, BEGINS), (ENDED, 0.25, ENDS))
     reaches = [float(x[: len(x) // 2].max()) for x in map(np.asarray, steps["shape_x"])]
-    for rows, (text, share, look) in zip((begin, end), NAMES, strict=True):
-        last = rows.iloc[-1]
+    for rows, (text, share, look) in zip((begin, end), names, strict=True):
+        last = rows.iloc[int(rows["footpoint"].argmax())]
         x, y = np.asarray(last["shape_x"]), np.asarray(last["shape_y"])
         place = int(np.argmin(np.abs(y - share * last["eta"])))
         beside = max(reaches) + GAP
@@ -131,7 +143,6 @@ def signals(rows: pd.DataFrame) -> Figure:
     """Friction required to stick, loads on the clamp and stability over the clamp's position."""
     figure = style.page(4.6)
     inclination, forces, stability = figure.subplots(3, 1, sharex=True)
-    rows = rows.sort_values("footpoint")
     x, mu0 = rows["footpoint"], float(rows["mu0"].iloc[0])
     inclination.plot(x, -np.tan(rows["alpha"]), color="black")
     inclination.axhspan(-mu0, mu0, color="#eeeeee", linewidth=0, zorder=0)

@@ -33,7 +33,6 @@ COLUMNS = ("footpoint", "x0", "x1", "s_c", "cycle", "phase", "alpha", "reaction_
 @kind("slip", columns=(*SCAN, *COLUMNS, "shape_x", "shape_y", "shape_phi"))
 def slip(rows: pd.DataFrame) -> Figure:
     """One period of sticking and its slip: three rods, the friction cone, loads on the clamp."""
-    rows = rows.sort_values("footpoint")
     first = rows[rows["cycle"] == 1]
     sticking, slipped = first[first["phase"] == "stick"], first[first["phase"] == "slip"]
     if slipped.empty:
