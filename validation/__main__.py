@@ -71,7 +71,7 @@ TASKS = {
     "costs": Task(module("validation.sensor.costs"), "effect of tolerances on friction", "1 min"),
     # The explorer
     "explorer-agreement": Task(
-        module("validation.explorer_agreement"), "compare the explorer with Python", "1 min"
+        module("validation.explorer_agreement"), "compare the explorer with Python", "8 min"
     ),
     # The pages
     "accessibility": Task(

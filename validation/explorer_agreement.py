@@ -194,8 +194,8 @@ def table(found: dict[str, list[dict[str, float]]]) -> str:
 def main() -> None:
     """Read the options, and compare random points."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--points", type=int, default=1000, help="in each kind of contact")
-    parser.add_argument("--mounted", type=int, default=300)
+    parser.add_argument("--points", type=int, default=500, help="in each kind of contact")
+    parser.add_argument("--mounted", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--record", action="store_true", help="write the record")
     options = parser.parse_args()
