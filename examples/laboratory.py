@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Whisker, scan
+from vibrissa.sensor import Setup, scan
 
 FRICTION, RATE, STEP = 0.3, 50, "20 um"
 NOISE = np.array([3e-3, 3e-3, 6e-5])
@@ -28,7 +28,9 @@ Temperatur in °C;23,4
 Zeit;Kraft Fx;Kraft Fy;Moment Mz
 s;mN;mN;Nmm
 """
-WHISKER = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="0.8 mm", length="100 mm")
+WHISKER = Setup.read(
+    theta=2, eta="85 mm", modulus="210 GPa", diameter="0.8 mm", length="100 mm"
+).whisker
 
 
 def loads() -> np.ndarray:

@@ -10,7 +10,7 @@ from validation.sensor.bench import Bench, Friction, scan
 from validation.sensor.laboratory import ROWS, Said, Score, of_entry, recorded
 from validation.sensor.mistakes import MISTAKES, UNITS, everything
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Method, Whisker, identify
+from vibrissa.sensor import Method, Setup, identify
 from vibrissa.sensor import scan as simulated
 
 TITLES = [row.title for row in ROWS]
@@ -129,7 +129,9 @@ def test_without_tolerances_a_wrong_rod_is_silently_wrong_by_no_method(seed):
 def test_a_longer_rod_reads_what_the_package_says_of_it():
     longer = MISTAKES["length"].fixed(Bench(friction=Friction()), 0.01)
     found = scan(longer, 1e-3, [0.05], np.zeros(3), seed=0)
-    whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="101 mm")
+    whisker = Setup.read(
+        theta=2, eta="85 mm", modulus="210 GPa", diameter="1 mm", length="101 mm"
+    ).whisker
     # A step further, so that the last position is not lost to rounding.
     theirs = simulated(whisker, surfaces.constant(0.3), step="0.1 mm", to=["5.1 mm"], law="kinetic")
     known = theirs.readings[: len(found.readings)]

@@ -10,7 +10,7 @@ from recordings import goodness_of
 from responses import respond
 from steel import NOISE, identified
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Whisker, scan
+from vibrissa.sensor import Setup, scan
 
 
 @pytest.mark.parametrize(("noise", "count"), [(NOISE, 25), (None, 12)])
@@ -36,7 +36,7 @@ def test_a_set_up_that_is_off_by_its_tolerance_shifts_the_profile_by_its_deviati
 
 
 def test_friction_is_read_until_the_rod_is_almost_upright():
-    whisker = Whisker.read(2.0, 0.85, stage_angle="-0.1 rad")
+    whisker = Setup.read(theta=2.0, eta=0.85, stage_angle="-0.1 rad").whisker
     table = scan(whisker, surfaces.constant(0.3), step="0.002", to=["1.49"]).to_pandas()
     found = identified(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False).periods
     slip = found.status == "slip"

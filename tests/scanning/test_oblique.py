@@ -17,7 +17,7 @@ from vibrissa.scanning.response_over_eta import EXACT, respond_over
 from vibrissa.scanning.scan import Outcome, TipPhase
 from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import Stage, path
-from vibrissa.sensor import Whisker, scan
+from vibrissa.sensor import Setup, Whisker, scan
 
 THETA, ETA, MU0 = 2.0, 0.85, 0.3
 # φ1 and force of the first state, with which shooting begins.
@@ -149,7 +149,7 @@ def test_reactions_between_heights_are_those_that_are_solved():
     [("60 deg", "1", "from -0.0160254 L to 0.85 L"), ("-0.1 rad", "2", "from 0.85 L to 1.04967 L")],
 )
 def test_a_stage_that_comes_too_near_or_goes_too_far_is_refused(angle, to, said):
-    whisker = Whisker.read(THETA, ETA, stage_angle=angle)
+    whisker = Setup.read(theta=THETA, eta=ETA, stage_angle=angle).whisker
     with pytest.raises(ArgumentError, match=f"{said}, but its .* between 0.02 L and 0.9999"):
         scan(whisker, surfaces.constant(MU0), step="0.01", to=[to])
 
@@ -177,7 +177,7 @@ def test_a_dragged_tip_is_the_mirror_image_at_its_height():
 
 @pytest.mark.slow
 def test_a_height_without_a_response_is_refused():
-    leaning = Whisker.read(2.0, 0.99, clamp_angle="20 deg", stage_angle="1 deg")
+    leaning = Setup.read(theta=2.0, eta=0.99, clamp_angle="20 deg", stage_angle="1 deg").whisker
     with pytest.raises(NoResponseError, match="alpha = 0"):
         scan(leaning, surfaces.constant(0.3), step="0.01", to=["0.1"])
 
@@ -207,7 +207,7 @@ def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_poi
 
 @pytest.mark.parametrize(("wild", "said"), [(1e5, "to 0.85 L"), (-1e5, "to 5")])
 def test_a_recorded_position_at_which_the_rod_cannot_be_is_refused(wild, said):
-    whisker = Whisker.read(THETA, ETA, stage_angle="3 deg")
+    whisker = Setup.read(theta=THETA, eta=ETA, stage_angle="3 deg").whisker
     table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["0.2"]).to_pandas()
     table.loc[40, "footpoint"] = wild
     with pytest.raises(NoResponseError, match=f"distances from .*{said}.*check the positions"):
@@ -217,7 +217,7 @@ def test_a_recorded_position_at_which_the_rod_cannot_be_is_refused(wild, said):
 @pytest.mark.slow
 def test_friction_is_read_as_the_rod_rises():
     """A night has a rod that becomes almost upright."""
-    whisker = Whisker.read(THETA, ETA, stage_angle="-0.1 rad")
+    whisker = Setup.read(theta=THETA, eta=ETA, stage_angle="-0.1 rad").whisker
     table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["0.9"]).to_pandas()
     found = identified(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False).periods
     slip = found.status == "slip"
@@ -228,7 +228,7 @@ def test_friction_is_read_as_the_rod_rises():
 @pytest.mark.slow
 @pytest.mark.parametrize("angle", ["3 deg", "-3 deg"])
 def test_friction_is_read_at_the_height_of_each_period(angle):
-    whisker = Whisker.read(THETA, ETA, stage_angle=angle)
+    whisker = Setup.read(theta=THETA, eta=ETA, stage_angle=angle).whisker
     surface = surfaces.random(1, 0.3, 0.04, 0.02)
     signals = scan(whisker, surface, step="0.0005", to=["0.3", "0.1"])
     found = identified(whisker, signals.to_pandas(), noise="1e-6, 1e-6, 1e-7", assume=False)

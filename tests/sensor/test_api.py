@@ -16,7 +16,7 @@ from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.quantities import series
 from vibrissa.quantities.units import Kind, Units
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Whisker, scan, solve
+from vibrissa.sensor import Setup, Whisker, scan, solve
 from vibrissa.sensor.onset import strains_in
 
 
@@ -49,7 +49,7 @@ def test_an_onset_is_in_the_units_of_the_rod(whisker):
 
 def test_results_are_told_in_the_units_in_which_the_rod_was_given(whisker):
     steel = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
-    given = Whisker.read(2.0, "8.5 cm", **steel)
+    given = Setup.read(theta=2.0, eta="8.5 cm", **steel).whisker
     found, plain = solve(given, 0.4), solve(whisker, 0.4)
     lines = dict(re.split("  +", line) for line in repr(found).splitlines())
     assert lines["clamp travel at the onset of slip, x0"] == "5.2838043 mm"
@@ -66,7 +66,7 @@ def test_results_are_told_in_the_units_in_which_the_rod_was_given(whisker):
 
 def test_a_recording_is_told_in_the_units_of_what_was_given(whisker):
     steel = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
-    given = Whisker.read(2.0, "85 mm", noise="3 mN, 4 mN, 10 N*mm", **steel)
+    given = Setup.read(theta=2.0, eta="85 mm", noise="3 mN, 4 mN, 10 N*mm", **steel).whisker
     units = given.units
     force = 0.25 / units.unit(Kind.FORCE)
     assert units.spelled(force, Kind.FORCE, 3) == "250 mN"
@@ -93,10 +93,10 @@ def test_a_channel_that_is_saturated_everywhere_is_not_used(angle, signals):
 def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
     steel = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
     asked = {"step": "0.2 mm", "to": ["60 mm"], "law": "energy"}
-    level = Whisker.read(2.0, "85 mm", **steel)
+    level = Setup.read(theta=2.0, eta="85 mm", **steel).whisker
     ended = repr(scan(level, surfaces.constant(0.8), **asked))
     assert "with the clamp at 41.8 mm the rod buckles laterally" in ended
-    inclined = Whisker.read(2.0, "99.98 mm", stage_angle="-0.05 rad", **steel)
+    inclined = Setup.read(theta=2.0, eta="99.98 mm", stage_angle="-0.05 rad", **steel).whisker
     with pytest.raises(ArgumentError, match=r"distances from 99\.98 mm to 100\.08 mm, but its"):
         scan(inclined, surfaces.constant(0.2), step="0.05 mm", to=["2 mm"])
     measured = surfaces.profile([0.0, 0.45], [0.3, 0.3])
@@ -230,9 +230,9 @@ def test_impossible_steps_are_refused(whisker, step):
 
 
 def test_a_mounting_is_read_with_units():
-    whisker = Whisker.read(
-        2.0,
-        0.85,
+    whisker = Setup.read(
+        theta=2.0,
+        eta=0.85,
         modulus="210 GPa",
         diameter="0.8 mm",
         length="100 mm",
@@ -240,13 +240,13 @@ def test_a_mounting_is_read_with_units():
         clamp_compliance="0.001 rad/(N*m)",
         curvature="3 m^-1",
         stage_angle="0.01 rad",
-    )
+    ).whisker
     mounting = whisker.mounting
     assert mounting.clamp_angle == pytest.approx(np.radians(-2.0), abs=1e-15)
     assert mounting.clamp_compliance == pytest.approx(ROD.moment_unit / 1000, rel=1e-12)
     assert mounting.curvature == pytest.approx(0.3, rel=1e-12)
     assert mounting.stage_angle == 0.01
-    yields = Whisker.read(2.0, 0.85, clamp_compliance=0.1, curvature=-0.2).mounting
+    yields = Setup.read(theta=2.0, eta=0.85, clamp_compliance=0.1, curvature=-0.2).whisker.mounting
     assert (yields.clamp_compliance, yields.curvature) == (0.1, -0.2)
     # An angle has a unit also where nothing else has one.
-    assert Whisker.read(2.0, 0.85, clamp_angle="1 deg").mounting.clamp_angle > 0.017
+    assert Setup.read(theta=2.0, eta=0.85, clamp_angle="1 deg").whisker.mounting.clamp_angle > 0.017

@@ -16,12 +16,14 @@ from steel import SENSOR, TRANSDUCER
 from steel import identified as friction_in
 from vibrissa.errors import VibrissaError
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Method, PeriodStatus, Whisker, scan
+from vibrissa.sensor import Method, PeriodStatus, Setup, scan
 from vibrissa.sensor.identification.recording import read_recording, table_of
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.transducer import CHANNELS
 
-WHISKER = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="0.8 mm", length="100 mm")
+WHISKER = Setup.read(
+    theta=2, eta="85 mm", modulus="210 GPa", diameter="0.8 mm", length="100 mm"
+).whisker
 FRICTION = 0.3
 TITLES = ("time [s]", "footpoint [mm]", "force_x [N]", "force_y [N]", "moment_z [N*m]")
 WRONG = 5.0

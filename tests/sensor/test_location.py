@@ -42,7 +42,7 @@ def test_the_contact_point_is_that_of_the_solver(theta, eta, contact, mounting):
 
 
 def test_the_profile_under_the_tip_is_read_from_the_loads():
-    whisker = Whisker.read(2, "85 mm", **STEEL)
+    whisker = Setup.read(theta=2, eta="85 mm", **STEEL).whisker
     wave = textures.wave(2e-4, 0.02)
     surface = surfaces.constant(0.3).with_texture(wave)
     signals = scan(whisker, surface, step="100 um", to="6 mm")

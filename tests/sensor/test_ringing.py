@@ -7,7 +7,7 @@ import pytest
 
 from vibrissa import solve_curve
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Setup, Whisker, identify, scan, solve
+from vibrissa.sensor import Setup, identify, scan, solve
 from vibrissa.sensor.ringing import ringing, ringing_of
 
 STEEL = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
@@ -28,7 +28,7 @@ def test_ringing_follows_from_the_frequencies():
 
 
 def test_solve_has_frequencies_in_hertz_if_the_density_is_known():
-    whisker = Whisker.read(2, "85 mm", **STEEL)
+    whisker = Setup.read(theta=2, eta="85 mm", **STEEL).whisker
     found = solve(whisker, 0.4, density=7850.0)
     assert "first natural frequency at the onset" in str(found)
     (first,) = found.columns()["frequency_1"].values
@@ -36,13 +36,13 @@ def test_solve_has_frequencies_in_hertz_if_the_density_is_known():
     assert first == pytest.approx(omega * whisker.rod.frequency_unit(7850.0))
     assert "frequency" not in str(solve(whisker, 0.4))
     assert "frequency" not in str(solve(whisker, 0.9, density=7850.0))
-    assert ringing_of(Whisker.read(2, 0.85), 0.01, 7850.0) is None
+    assert ringing_of(Setup.read(theta=2, eta=0.85).whisker, 0.01, 7850.0) is None
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("speed", "warned"), [(0.2, True), (0.001, False)])
 def test_identify_warns_if_the_rod_has_no_time_to_come_to_rest(speed, warned):
-    whisker = Whisker.read(2, "85 mm", **STEEL)
+    whisker = Setup.read(theta=2, eta="85 mm", **STEEL).whisker
     table = scan(whisker, surfaces.constant(0.3), step="50 um", to=["20 mm"]).to_pandas()
     units = table.attrs["units"]
     table = table[["footpoint", "force_x", "force_y", "moment_z"]]

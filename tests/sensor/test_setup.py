@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vibrissa.errors import ArgumentError
 from vibrissa.quantities.keys import read_keys, write_keys
 from vibrissa.quantities.units import Measured, Units
-from vibrissa.sensor import Setup, Whisker
+from vibrissa.sensor import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances
 
 ROOT = Path(__file__).parents[2]
@@ -49,23 +49,25 @@ def test_every_spelling_means_the_same(value, tolerance, spaced):
         f"{value} mm +- {tolerance} mm",
         f"{value}({round(tolerance * 1000)}) mm",
     )
-    read = [Whisker.read(2, 0.85, **{**STEEL, "length": text}) for text in spellings]
+    read = [
+        Setup.read(theta=2, eta=0.85, **{**STEEL, "length": text}).whisker for text in spellings
+    ]
     for one in read:
         assert one.rod.length == pytest.approx(float(value) * 1e-3, rel=1e-14)
         assert one.tolerances["length"] == pytest.approx(float(tolerance / value))
 
 
 def test_tolerances_are_in_units_of_the_rod():
-    whisker = Whisker.read(
-        "2 ± 1 %",
-        "85 ± 0.1 mm",
+    whisker = Setup.read(
+        theta="2 ± 1 %",
+        eta="85 ± 0.1 mm",
         modulus="210 ± 5 GPa",
         diameter="1 mm ± 0.5 %",
         length="100 ± 0.1 mm",
         clamp_angle="0 ± 0.3 deg",
         clamp_compliance="0.05 ± 0.005 rad/(N*m)",
         tolerances={"stage_scale": 0.01},
-    )
+    ).whisker
     assert whisker.tolerances == pytest.approx(
         {
             "theta": 0.02,
@@ -161,7 +163,7 @@ def test_default_tolerances_follow_the_noise_and_the_size_of_the_rod():
     own = assumed_tolerances(Units(), noise)
     assert own["zero_force_x"] == pytest.approx(0.03) and own["eta"] == 0.002
     assert "zero_force_y" not in own and "drift_force_y" not in own
-    longer = Whisker.read(2, 0.85, **{**STEEL, "length": "200 mm"})
+    longer = Setup.read(theta=2, eta=0.85, **{**STEEL, "length": "200 mm"}).whisker
     assert assumed_tolerances(longer.units, noise)["eta"] == pytest.approx(0.001)
-    whole = Whisker.read(2, 0.85, **{**STEEL, "length": "1 m"})
+    whole = Setup.read(theta=2, eta=0.85, **{**STEEL, "length": "1 m"}).whisker
     assert assumed_tolerances(whole.units, noise)["eta"] == pytest.approx(0.0002)

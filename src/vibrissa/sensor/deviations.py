@@ -194,7 +194,7 @@ class Prior:
         for name, written in errors.items():
             text = str(written).strip()
             size = read_tolerances(
-                self.whisker.units, {name: text.removeprefix("-")}, self.whisker
+                self.whisker.units, {name: text.removeprefix("-")}, self.whisker.values
             )[name]
             stated[name] = -size if text.startswith("-") else size
         parameters = self._parameters({})

@@ -169,9 +169,9 @@ def solve(
 
     Examples
     --------
-    >>> from vibrissa.sensor import Whisker
+    >>> from vibrissa.sensor import Setup
     >>> steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
-    >>> onset = solve(Whisker.read(2, "85 mm", **steel), mu0=0.4, step="20 um")
+    >>> onset = solve(Setup.read(theta=2, eta="85 mm", **steel).whisker, mu0=0.4, step="20 um")
     >>> print(onset.onset.status, f"{onset.onset.x0_slip:.6f} L")
     slip 0.052838 L
     """

@@ -223,7 +223,7 @@ class Setup(Keyed):
             for name, measured in written.items()
             if measured and measured.tolerance
         }
-        sizes = read_tolerances(units, stated | self.tolerances, whisker)
+        sizes = read_tolerances(units, stated | self.tolerances, whisker.values)
         return replace(whisker, tolerances=sizes)
 
     def _read(self, name: str, units: Units) -> float:

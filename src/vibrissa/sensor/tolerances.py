@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from vibrissa.errors import ArgumentError, UnknownNameError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.keys import suggestion
 from vibrissa.quantities.units import Kind, Quantity, Units, is_number
-
-if TYPE_CHECKING:
-    from vibrissa.sensor.whisker import Whisker
 
 # For one quantity: it has no tolerance. For all: only stated tolerances count.
 EXACT = "exact"
@@ -97,9 +94,19 @@ def check_name(name: str) -> None:
 
 
 def read_tolerances(
-    units: Units, given: Mapping[str, Quantity], whisker: "Whisker | None" = None
+    units: Units, given: Mapping[str, Quantity], values: Mapping[str, float] | None = None
 ) -> dict[str, float]:
     """Read tolerances such as ``{"clamp_angle": "0.5 deg", "modulus": "2 %"}``.
+
+    Parameters
+    ----------
+    units : Units
+        Units of the rod.
+    given : mapping of str to str or number
+        Names of quantities, and their tolerances as the user states them.
+    values : mapping of str to float, optional
+        The quantities that are known, as in `Whisker.values`: a tolerance in percent is relative to
+        the value.
 
     Returns
     -------
@@ -111,19 +118,22 @@ def read_tolerances(
     ArgumentError
         If a name or a size is not allowed.
     """
+    known = values or {}
     tolerances = {}
     for name, size in given.items():
         check_name(name)
-        tolerances[name] = 0.0 if size == EXACT else _read(units, name, size, whisker)
+        tolerances[name] = (
+            0.0 if size == EXACT else _read(units, name, size, abs(known.get(name, 0.0)))
+        )
         if not 0.0 <= tolerances[name] < np.inf:
             raise ArgumentError(f"the tolerance of {name} must not be negative, got {size!r}")
     return tolerances
 
 
-def _read(units: Units, name: str, size: Quantity, whisker: "Whisker | None") -> float:
+def _read(units: Units, name: str, size: Quantity, value: float) -> float:
+    """Read the tolerance of a quantity whose size is `value`; 0: it is 0 or not known."""
     what = f"the tolerance of {name}"
     quantity = TOLERABLE[name]
-    value = abs(_value(whisker, name))
     text = str(size).strip()
     if text.endswith("%"):
         part = float(units.read(text[:-1], Kind.NUMBER, what)) / 100.0
@@ -135,17 +145,6 @@ def _read(units: Units, name: str, size: Quantity, whisker: "Whisker | None") ->
     if quantity.relative and value and not is_number(text):
         return quantity.kind.read(text, what) / value
     return float(units.read(text, Kind.NUMBER if quantity.relative else quantity.kind, what))
-
-
-def _value(whisker: "Whisker | None", name: str) -> float:
-    """Value of a quantity, in SI units if its tolerance is relative; 0 if it is not known."""
-    if whisker is None:
-        return 0.0
-    values = {"theta": whisker.theta, "eta": whisker.eta, **vars(whisker.mounting)}
-    if (rod := whisker.rod) is not None:
-        values |= {"modulus": rod.youngs_modulus, "diameter": rod.base_diameter}
-        values["length"] = rod.length
-    return float(np.atleast_1d(values.get(name, 0.0))[0])
 
 
 def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:

@@ -1,15 +1,17 @@
 """A whisker: a rod clamped below a surface, nondimensional or with the units of a real rod."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from vibrissa.errors import ArgumentError
 from vibrissa.limits import check_bore
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.quantities.units import Kind, Quantity, Units
+from vibrissa.quantities.units import Kind, Units
 from vibrissa.scanning.rods import MountedRod
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
@@ -56,35 +58,19 @@ class Whisker(MountedRod):
                 f"{self.mounting.bore!r} (d0): give both the same bore"
             )
 
-    @classmethod
-    def read(cls, theta: Quantity, eta: Quantity, **properties: Any) -> "Whisker":
-        """Read a whisker from quantities with units and tolerances.
+    @property
+    def values(self) -> dict[str, float]:
+        """Values of the quantities of a set-up that may have a tolerance.
 
-        Parameters
-        ----------
-        eta : str or number
-            Height: ``"85 ± 0.1 mm"``, or 0.85 in units of the length.
-        **properties
-            ``modulus``, ``diameter`` and ``length``, all three or none; ``contact``, ``section``,
-            ``clamp_angle``, ``clamp_compliance``, ``curvature``, ``stiffening``, ``bore`` and
-            ``stage_angle``: see
-            `vibrissa.sensor.Setup`.
-
-        Raises
-        ------
-        ArgumentError
-            With a line for each argument that is not allowed.
-
-        Examples
-        --------
-        >>> steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
-        >>> whisker = Whisker.read(2, "85 mm", **steel)
-        >>> print(whisker.eta, f"{whisker.rod.force_unit:.3f} N")
-        0.85 1.031 N
+        Modulus, diameter and length are in SI units; they are left out if `rod` is None. Of a
+        series of coefficients, as in curvature, the first one counts; 0 if there is none.
         """
-        from vibrissa.sensor.setup import Setup
-
-        return Setup.read(theta=theta, eta=eta, **properties).whisker
+        values = {"theta": self.theta, "eta": self.eta, **asdict(self.mounting)}
+        if self.rod is not None:
+            values["modulus"] = self.rod.youngs_modulus
+            values["diameter"] = self.rod.base_diameter
+            values["length"] = self.rod.length
+        return {name: float(np.append(value, 0.0)[0]) for name, value in values.items()}
 
     @property
     def spell(self) -> Callable[[float], str]:

@@ -5,7 +5,7 @@ import pytest
 from vibrissa.errors import VibrissaError
 from vibrissa.outcomes import Method
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Setup, Whisker, scan
+from vibrissa.sensor import Setup, scan
 from vibrissa.sensor.identification.identify import identify, identify_by
 
 STEEL = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
@@ -15,7 +15,7 @@ METHODS = [Method.MODEL, Method.RATIO]
 
 @pytest.fixture(scope="module")
 def frame():
-    whisker = Whisker.read(1, "85 mm", **STEEL)
+    whisker = Setup.read(theta=1, eta="85 mm", **STEEL).whisker
     signals = scan(whisker, surfaces.constant(0.3), step="0.2 mm", to=["8 mm"])
     return signals.measured(SENSOR, seed=1).to_pandas()
 

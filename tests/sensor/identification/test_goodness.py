@@ -12,7 +12,7 @@ from steel import NOISE, identified
 from vibrissa import Mounting
 from vibrissa.errors import MixedColumnsError
 from vibrissa.scanning.stage import path
-from vibrissa.sensor import Whisker
+from vibrissa.sensor import Setup, Whisker
 from vibrissa.sensor.identification.goodness import Goodness, most_surprise
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
@@ -189,7 +189,9 @@ def test_a_period_that_does_not_fit_by_itself_does_not_spoil_the_others(response
 
 @pytest.mark.slow
 def test_sizes_are_said_in_the_units_of_the_rod(response):
-    whisker = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
+    whisker = Setup.read(
+        theta=2.0, eta="85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm"
+    ).whisker
     recording = wrong(recorded(response), "moment_origin_x", 0.002)
     cause = found_in(recording).causes[0]
     said = replace(cause, size=0.002, deviation=1e-5).spelled(whisker.units)

@@ -17,7 +17,7 @@ from vibrissa.scanning import surfaces
 from vibrissa.scanning.scan import TipPhase
 from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import path
-from vibrissa.sensor import Whisker, scan
+from vibrissa.sensor import Setup, Whisker, scan
 from vibrissa.sensor.identification.noise import noise_of
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.recording import (
@@ -88,7 +88,9 @@ def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
 
 @pytest.mark.slow
 def test_noise_is_no_lateral_buckling():
-    whisker = Whisker.read(1.5, 0.684, modulus="200 GPa", diameter="0.35 mm", length="100 mm")
+    whisker = Setup.read(
+        theta=1.5, eta=0.684, modulus="200 GPa", diameter="0.35 mm", length="100 mm"
+    ).whisker
     signals = scan(whisker, surfaces.constant(0.2), step="50 um", to=["16 mm"])
     frame = signals.measured(TRANSDUCER, 2).to_pandas()
     notes = identified(whisker, frame, transducer=TRANSDUCER, assume=False).periods.notes
@@ -331,7 +333,9 @@ FUZZED = Whisker(theta=2.0, eta=0.85)
 
 @pytest.mark.slow
 def test_slips_hidden_in_noise_give_no_bound():
-    whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
+    whisker = Setup.read(
+        theta=2, eta="85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm"
+    ).whisker
     signals = scan(whisker, surfaces.constant(0.3), step="50 um", to=["20 mm"], law="kinetic")
     asked = {"noise": "500 mN, 500 mN, 30 N*mm", "assume": False}
     found = identified(whisker, signals.to_pandas(), **asked).periods
@@ -353,7 +357,7 @@ def test_slips_hidden_in_noise_give_no_bound():
 )
 def test_friction_comes_back_in_any_mounting(mounting):
     rod = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
-    whisker = Whisker.read(2.0, "85 mm", **rod, **mounting)
+    whisker = Setup.read(theta=2.0, eta="85 mm", **rod, **mounting).whisker
     signals = scan(whisker, surfaces.constant(0.3), step="20 um", to=["6 mm"])
     truth = signals.truth
     recording = recording_of(truth.clamp, truth.reactions)

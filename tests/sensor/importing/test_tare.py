@@ -8,13 +8,13 @@ from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.quantities import series
 from vibrissa.quantities.units import SI_UNITS
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Whisker, scan
+from vibrissa.sensor import Setup, scan
 from vibrissa.sensor.importing import Imported, Settings, import_recording
 from vibrissa.sensor.importing.tare import quiet_part, unloaded, zeros_of
 from vibrissa.sensor.transducer import CHANNELS
 
 ROD = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
-WHISKER = Whisker.read(2, "85 mm", **ROD)
+WHISKER = Setup.read(theta=2, eta="85 mm", **ROD).whisker
 ZEROS = {"zero_force_x": "0.5 mN", "zero_force_y": "2 mN", "zero_moment_z": "0.04 N*mm"}
 HEADER = {name: f"310.2 ± {size}" for name, size in ZEROS.items()} | {"rate": "50 Hz"}
 
@@ -52,7 +52,7 @@ def test_identify_reads_the_errors_of_the_zeros(tmp_path, signals, whisker, name
 @pytest.mark.slow
 def test_a_stated_tolerance_goes_before_that_of_the_recording(tmp_path, signals):
     series.write(tmp_path / "a.csv", Given(signals, HEADER))
-    stated = Whisker.read(2, "85 mm", tolerances={"zero_force_x": "exact"}, **ROD)
+    stated = Setup.read(theta=2, eta="85 mm", tolerances={"zero_force_x": "exact"}, **ROD).whisker
     found = identified(stated, tmp_path / "a.csv", tolerances={"zero_force_y": "7 mN"})
     force = WHISKER.units.channels[0]
     of = tolerances_of(found)

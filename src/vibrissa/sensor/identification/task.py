@@ -194,7 +194,8 @@ def task_of(
             recording = recording.noted(
                 f"the ratio of the forces does not use the tolerance of {', '.join(needless)}"
             )
-    stated = {**read_tolerances(units, recording.zeros, whisker), **read}
+    values = {} if whisker is None else whisker.values
+    stated = {**read_tolerances(units, recording.zeros, values), **read}
     recording, zeros = _tared(recording, known, {**assumed, **stated}, stated)
     sizes = {**assumed, **stated, **zeros}
     stated = {**stated, **zeros}
