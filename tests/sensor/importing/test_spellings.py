@@ -11,8 +11,8 @@ from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.quantities.units import Kind
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.importing.clock import since_first
-from vibrissa.sensor.importing.columns import stated_in, unit_named
 from vibrissa.sensor.importing.numbers import is_missing
+from vibrissa.sensor.importing.titles import stated_in, unit_named
 
 TIME = np.arange(30) / 10
 TABLE = np.column_stack([TIME, 0.5 * TIME, -0.25 - 0.01 * TIME, -1.5 - 0.02 * TIME])

@@ -1,42 +1,25 @@
 """Columns of a recording: which column of the file is which, and in which unit."""
 
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from vibrissa.errors import ArgumentError
-from vibrissa.quantities.units import CHANNEL_KINDS, Kind, is_number, unit_ratio, unit_size
+from vibrissa.quantities.units import Kind, is_number, unit_ratio, unit_size
 from vibrissa.sensor.importing.clock import is_clock, is_date, is_dated, unit_since_1970
+from vibrissa.sensor.importing.layout import Layout
 from vibrissa.sensor.importing.numbers import is_missing
-from vibrissa.sensor.transducer import CHANNELS
-
-if TYPE_CHECKING:
-    from vibrissa.sensor.importing.layout import Layout
-
-# Columns of a recording and what they measure.
-KINDS = {
-    "time": Kind.TIME,
-    "footpoint": Kind.LENGTH,
-    **dict(zip(CHANNELS, CHANNEL_KINDS, strict=True)),
-}
-# Titles with units: Fz [mN], Fz (mN); Fz / mN and Fz in mN if this is a unit of the quantity that
-# the column must hold.
-TITLE = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]")
-DIVIDED = re.compile(r"(.+?)\s*(?:/\s*|\s+in\s+)([^\s_/]+)")
-# Fz_mN, Fz mN: the ending may be a word. It is a unit only if it is in SI units or a usual one.
-ENDING = re.compile(r"(.+?)\s*[_ ]\s*([^\s_/]+)")
-USUAL_ENDING = re.compile(
-    r"[kmcunµμ]?[mN]|[mMkuµμ]?N[*·]?[mc]?m|[munµμ]?s|inch|lbf|kgf|kp|Newtons?|sec|cNm"
+from vibrissa.sensor.importing.titles import (
+    KINDS,
+    NamedUnit,
+    Stated,
+    ending_of,
+    stated_in,
+    title_of,
+    unit_named,
 )
+
 # Endings that may be an index: F_N may be a normal force, x_m a mean.
 INDEX = re.compile("[mN]")
-# Column in an option, with sign, unit and factor: -Fz [mN], Fz * 12.5 N/V.
-SOURCE = re.compile(
-    r"(?P<minus>-?)\s*(?P<title>.*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?"
-    r"(?:\s*[*×]\s*(?P<factor>[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(?:\s*(?P<per>[^\W\d_].*))?)?"
-)
-# Weights that stand for forces, and products of them with a length.
-WEIGHTS = {"kg": "kgf", "g": "gf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
-WEIGHT = re.compile(r"\b(kg|g|lbs?|oz)\b")
 # Whole seconds of a time, and the nanoseconds beside them, as in ROS: stamp.sec, stamp.nanosec.
 SECONDS = re.compile(r"(.*?)sec(?:ond)?s?", re.IGNORECASE)
 NANOSECONDS = re.compile(r"(.*?)n(?:ano)?_?sec(?:ond)?s?", re.IGNORECASE)
@@ -77,89 +60,7 @@ class FileColumn(NamedTuple):
         return f"{sign}{self.title} in {self.unit}{self.remark}"
 
 
-class NamedUnit(NamedTuple):
-    """A unit as Pint spells it, its size in SI units, and how it was understood."""
-
-    name: str
-    size: float
-    remark: str = ""
-
-
-class Stated(NamedTuple):
-    """Column in an option: sign, title, unit, and a factor with its unit; empty if not stated."""
-
-    minus: bool
-    title: str
-    unit: str
-    factor: float
-    per: str
-
-
-def unit_named(text: str, kind: Kind) -> NamedUnit | None:
-    """Find the unit of a kind that a file calls so; None if there is none.
-
-    Capitals may be wrong where no other unit is meant, as in ``MM``; a weight is a force.
-
-    Examples
-    --------
-    >>> unit_named("Sec", Kind.TIME)
-    NamedUnit(name='sec', size=1.0, remark='')
-    """
-    for name in (text, text.lower(), text.capitalize()):
-        if size := unit_size(name, kind):
-            return NamedUnit(name, float(size))
-    if kind in CHANNEL_KINDS:
-        force = WEIGHT.sub(lambda weight: WEIGHTS[weight[0]], text.lower().replace("-", "*"))
-        if size := unit_size(force, kind):
-            return NamedUnit(force, float(size), f" ({text} taken as a force)")
-    return None
-
-
-def stated_in(source: str) -> Stated:
-    """Split a column in an option, such as ``-Fz [mN]`` or ``Ch1 * 12.5 N/V``."""
-    parts = SOURCE.fullmatch(source.strip()).groupdict(default="")  # type: ignore[union-attr]
-    factor = parts["factor"]
-    if factor and not is_number(factor):
-        raise ArgumentError(
-            f"the factor of column {parts['title']} must be a number, got {factor!r}"
-        )
-    return Stated(
-        minus=bool(parts["minus"]),
-        title=parts["title"],
-        unit=parts["unit"].strip(),
-        factor=float(factor or 1.0),
-        per=parts["per"].strip(),
-    )
-
-
-def title_of(text: str, kind: Kind) -> tuple[str, str]:
-    """Split a title into the name of a column and its unit, which is empty if there is none.
-
-    Examples
-    --------
-    >>> title_of("Fx / mN", Kind.FORCE)
-    ('Fx', 'mN')
-    """
-    if parts := TITLE.fullmatch(text):
-        return parts[1], parts[2].strip()
-    parts = DIVIDED.fullmatch(text)
-    return (parts[1], parts[2]) if parts and unit_named(parts[2], kind) else (text, "")
-
-
-def ending_of(text: str, kind: Kind) -> tuple[str, str]:
-    """Split a title such as ``Fx_mN``, whose ending may be a unit; it is empty if it is none.
-
-    Examples
-    --------
-    >>> ending_of("F_dyn", Kind.FORCE)
-    ('F_dyn', '')
-    """
-    parts = ENDING.fullmatch(text)
-    usual = parts and USUAL_ENDING.fullmatch(parts[2]) and unit_named(parts[2], kind)
-    return (parts[1], parts[2]) if parts and usual else (text, "")
-
-
-def find_column(layout: "Layout", target: str, source: str) -> FileColumn | None:
+def find_column(layout: Layout, target: str, source: str) -> FileColumn | None:
     """Find the column that `source` names, with its unit; None if there is no such column.
 
     Parameters
@@ -191,7 +92,7 @@ def find_column(layout: "Layout", target: str, source: str) -> FileColumn | None
     return FileColumn(number, title, unit.name, sign * unit.size, times + unit.remark)
 
 
-def _number_of(layout: "Layout", target: str, source: str, stated: Stated) -> int | None:
+def _number_of(layout: Layout, target: str, source: str, stated: Stated) -> int | None:
     """Find the number of a column by its title, with or without the unit, or by its place."""
     kind = KINDS[target]
     name = stated.title.casefold()
@@ -217,7 +118,7 @@ def _number_of(layout: "Layout", target: str, source: str, stated: Stated) -> in
     return numbers[0] if numbers else None
 
 
-def _clock(layout: "Layout", number: int) -> FileColumn | None:
+def _clock(layout: Layout, number: int) -> FileColumn | None:
     """Return a column of times of a clock, or of seconds since 1970 or beside nanoseconds.
 
     Return None if it is none of these.
@@ -242,14 +143,14 @@ def _clock(layout: "Layout", number: int) -> FileColumn | None:
     return FileColumn(number, title, unit, float(unit_size(unit, Kind.TIME)), remark)
 
 
-def _dates_beside(layout: "Layout") -> int | None:
+def _dates_beside(layout: Layout) -> int | None:
     """Find the only column of dates; None if there is none, or several."""
     places = range(len(layout.titles))
     dated = [place for place in places if is_date(layout.first_value(place))]
     return dated[0] if len(dated) == 1 else None
 
 
-def _nanoseconds_beside(layout: "Layout", number: int) -> int | None:
+def _nanoseconds_beside(layout: Layout, number: int) -> int | None:
     """Find the column of the nanoseconds that belong to a column of whole seconds."""
     own = SECONDS.fullmatch(layout.titles[number])
     if own is None or NANOSECONDS.fullmatch(layout.titles[number]):
@@ -259,14 +160,14 @@ def _nanoseconds_beside(layout: "Layout", number: int) -> int | None:
     return places[0] if len(places) == 1 else None
 
 
-def _units_in_file(layout: "Layout", number: int, kind: Kind) -> list[str]:
+def _units_in_file(layout: Layout, number: int, kind: Kind) -> list[str]:
     """Units in the title and in the row below it; texts in brackets may be remarks."""
     above = title_of(layout.titles[number], kind)[1]
     below = layout.units[number].strip("[](){} ")
     return [unit for unit in (above, below) if not is_missing(unit)]
 
 
-def _unit_of(layout: "Layout", number: int, target: str, stated: Stated) -> NamedUnit:
+def _unit_of(layout: Layout, number: int, target: str, stated: Stated) -> NamedUnit:
     """Find the unit of a column; the option and the file must not contradict each other."""
     kind = KINDS[target]
     title = layout.titles[number]
@@ -318,7 +219,7 @@ def _is_other(text: str, kind: Kind) -> bool:
     return bool(unit_ratio(text, VOLT)) or any(unit_size(text, other) for other in kinds)
 
 
-def _scaled(layout: "Layout", number: int, kind: Kind, stated: Stated, factor: float) -> FileColumn:
+def _scaled(layout: Layout, number: int, kind: Kind, stated: Stated, factor: float) -> FileColumn:
     """Return a column with a factor such as 12.5 N/V."""
     title = layout.titles[number]
     name, _, per = (part.strip() for part in stated.per.partition("/"))

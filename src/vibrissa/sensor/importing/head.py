@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from vibrissa.errors import RecordingError
 from vibrissa.quantities.units import is_unit
-from vibrissa.sensor.importing.columns import KINDS, unit_named
 from vibrissa.sensor.importing.delimited import COMMENT, Grid
 from vibrissa.sensor.importing.numbers import is_missing, is_whole
+from vibrissa.sensor.importing.titles import KINDS, unit_named
 
 # Cells of a row of units that mean "no unit".
 NO_UNIT = ("", "-", "1", "%", "°C")

@@ -11,12 +11,13 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.quantities.series import Column, Tabular, listed
 from vibrissa.quantities.units import Units, wished_units
 from vibrissa.sensor.importing.clock import since_first
-from vibrissa.sensor.importing.columns import KINDS, FileColumn, find_column
+from vibrissa.sensor.importing.columns import FileColumn, find_column
 from vibrissa.sensor.importing.layout import Layout
 from vibrissa.sensor.importing.numbers import is_missing, values_of
 from vibrissa.sensor.importing.programs import layout_in
 from vibrissa.sensor.importing.settings import INSTEAD, Place, Settings
 from vibrissa.sensor.importing.tare import FEWEST_READINGS, Zero, recorded, tare_of
+from vibrissa.sensor.importing.titles import KINDS
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 from vibrissa.errors import ArgumentError
 from vibrissa.quantities.keys import Keyed, Positive
 from vibrissa.quantities.units import Kind
-from vibrissa.sensor.importing.columns import KINDS
+from vibrissa.sensor.importing.titles import KINDS
 from vibrissa.sensor.transducer import CHANNELS
 
 # Options that replace a column missing in the file.
