@@ -3,7 +3,7 @@
 
 rule chunk:
     input:
-        again("chunks/{chunk}.parquet"),
+        force_outdated("chunks/{chunk}.parquet"),
     output:
         f"{RESULTS}/chunks/{{chunk}}.parquet",
     log:
@@ -31,7 +31,7 @@ rule chunk:
 
 rule stiction:
     input:
-        again("tables/stiction.parquet"),
+        force_outdated("tables/stiction.parquet"),
         chunks=expand(rules.chunk.output, chunk=STUDY.chunks),
     output:
         f"{RESULTS}/tables/stiction.parquet",
@@ -56,7 +56,9 @@ rule stiction:
 
 rule scan_chunk:
     input:
-        again("scan_chunks/scans/{scan_chunk}.parquet", "scan_chunks/periods/{scan_chunk}.parquet"),
+        force_outdated(
+            "scan_chunks/scans/{scan_chunk}.parquet", "scan_chunks/periods/{scan_chunk}.parquet"
+        ),
     output:
         steps=f"{RESULTS}/scan_chunks/scans/{{scan_chunk}}.parquet",
         periods=f"{RESULTS}/scan_chunks/periods/{{scan_chunk}}.parquet",
@@ -85,7 +87,7 @@ rule scan_chunk:
 
 rule scans:
     input:
-        again("tables/scans.parquet"),
+        force_outdated("tables/scans.parquet"),
         chunks=expand(rules.scan_chunk.output.steps, scan_chunk=STUDY.scan_chunks),
     output:
         f"{RESULTS}/tables/scans.parquet",
@@ -110,7 +112,7 @@ rule scans:
 
 rule periods:
     input:
-        again("tables/periods.parquet"),
+        force_outdated("tables/periods.parquet"),
         chunks=expand(rules.scan_chunk.output.periods, scan_chunk=STUDY.scan_chunks),
     output:
         f"{RESULTS}/tables/periods.parquet",
@@ -135,7 +137,7 @@ rule periods:
 
 rule reading_chunk:
     input:
-        again("reading_chunks/{reading_chunk}.parquet"),
+        force_outdated("reading_chunks/{reading_chunk}.parquet"),
     output:
         f"{RESULTS}/reading_chunks/{{reading_chunk}}.parquet",
     log:
@@ -163,7 +165,7 @@ rule reading_chunk:
 
 rule friction:
     input:
-        again("tables/friction.parquet"),
+        force_outdated("tables/friction.parquet"),
         chunks=expand(rules.reading_chunk.output, reading_chunk=STUDY.reading_chunks),
     output:
         f"{RESULTS}/tables/friction.parquet",
@@ -188,7 +190,7 @@ rule friction:
 
 rule states:
     input:
-        again("tables/states.parquet"),
+        force_outdated("tables/states.parquet"),
     output:
         f"{RESULTS}/tables/states.parquet",
     log:
@@ -212,7 +214,7 @@ rule states:
 
 rule comparisons:
     input:
-        again("tables/comparisons.parquet"),
+        force_outdated("tables/comparisons.parquet"),
     output:
         f"{RESULTS}/tables/comparisons.parquet",
     log:
