@@ -18,7 +18,7 @@ from vibrissa.numerics.roots import first_fall, first_integral_fall
 from vibrissa.outcomes import SlipLaw
 from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.stage import Held, Stage
-from vibrissa.scanning.surfaces import Surface, nothing
+from vibrissa.scanning.surfaces import Surface, rounding_at
 from vibrissa.scanning.tip import ContactForces, contact_forces
 
 if TYPE_CHECKING:
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 Distance = TypeVar("Distance", float, FloatArray)
 
 # Relative error of a length by rounding.
-ROUNDED = 1e-9
+ROUNDED_PART = 1e-9
 # Cells in the first part of a slide in which its end is sought; the next ones end twice as far.
-CELLS = 20
+FIRST_CELLS = 20
 # No slide is longer (L).
-LONGEST = 2.0
+LONGEST_SLIDE = 2.0
 
 
 class Lost(StrEnum):
@@ -305,11 +305,11 @@ class Slide(RestingClamp):
     def _sought(self) -> FloatArray:
         """Return the ends of the parts in which the end of the slide is sought in turn (L)."""
         end = self.surface.stop if self._onward > 0 else self.surface.start
-        known = max(abs(end - self.begin), nothing(self.begin))
+        known = max(abs(end - self.begin), rounding_at(self.begin))
         if self.surface.texture is None:
             known = min(self._longest(), known)
-        first, longest = CELLS * self._cell.longest, min(known, LONGEST)
-        ends = first * 2.0 ** np.arange(np.ceil(np.log2(LONGEST / first)))
+        first, longest = FIRST_CELLS * self._cell.longest, min(known, LONGEST_SLIDE)
+        ends = first * 2.0 ** np.arange(np.ceil(np.log2(LONGEST_SLIDE / first)))
         return np.concatenate([[0.0], ends[ends < longest], [longest]])
 
     def _breaks(self, begin: float, end: float) -> FloatArray:
@@ -350,7 +350,7 @@ class Slide(RestingClamp):
         last = int(out[0])
         row = int(np.argmin(left[:, last + 1]))
         if left[row, last] <= 0.0:
-            end = float(breaks[last]) + nothing(self.begin)
+            end = float(breaks[last]) + rounding_at(self.begin)
         else:
             end = float(
                 brentq(lambda distance: float(rooms(distance)[row]), *breaks[last : last + 2])
@@ -382,7 +382,7 @@ class Slide(RestingClamp):
 
     def _stopping_place(self, distance: float) -> float:
         """Position of a tip that stops: in the corner where it does, or a little further on."""
-        tiny, place = nothing(self.begin), self._place(distance)
+        tiny, place = rounding_at(self.begin), self._place(distance)
         if self.surface.texture is not None:
             corners = self.surface.texture.breaks(place - 2.0 * tiny, place + 2.0 * tiny)
             if len(corners):
@@ -394,9 +394,9 @@ class Slide(RestingClamp):
 def _divided(breaks: FloatArray, longest: float) -> FloatArray:
     """Divide the cells between increasing positions equally until none is too long (L)."""
     width = np.diff(breaks)
-    if width.max(initial=0.0) * (1.0 - ROUNDED) <= longest:
+    if width.max(initial=0.0) * (1.0 - ROUNDED_PART) <= longest:
         return breaks
-    counts = np.maximum(np.ceil(width / longest * (1.0 - ROUNDED)), 1.0).astype(np.int64)
+    counts = np.maximum(np.ceil(width / longest * (1.0 - ROUNDED_PART)), 1.0).astype(np.int64)
     within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.append(
         np.repeat(breaks[:-1], counts) + within * np.repeat(width / counts, counts), breaks[-1]

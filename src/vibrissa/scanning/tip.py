@@ -13,9 +13,9 @@ from vibrissa.scanning.stage import Held, Stage
 from vibrissa.scanning.surfaces import Footing
 
 # Number of clamp positions at which the margins are computed to bracket the end of a period.
-LOOKS = 257
+BRACKETING_POSITIONS = 257
 # Number of steps that are searched together for the end of a period.
-BLOCK = 4096
+STEPS_AT_ONCE = 4096
 
 
 class Margin(IntEnum):
@@ -202,8 +202,8 @@ class Tip:
         high = self._limit(clamp, max(clamp, float(path.most[self.begin])), 1.0)
         error = self.stage.at(clamp).accuracy
         # A tip sticks in the step of its slip; after lateral buckling it may slip at once.
-        for first in range(self.begin + int(self.slipped), len(path), BLOCK):
-            positions = path.positions[first : first + BLOCK]
+        for first in range(self.begin + int(self.slipped), len(path), STEPS_AT_ONCE):
+            positions = path.positions[first : first + STEPS_AT_ONCE]
             out = np.flatnonzero((positions > high + error) | (positions < low - error))
             if len(out):
                 stop = first + int(out[0])
@@ -218,7 +218,7 @@ class Tip:
         stretch = direction * float(states.x0_end - states.x0_pull)
         while begin != end:
             until = begin + stretch if abs(stretch) < abs(end - begin) else end
-            clamp, left = self._looked(np.linspace(begin, until, LOOKS))
+            clamp, left = self._looked(np.linspace(begin, until, BRACKETING_POSITIONS))
             out = np.flatnonzero(left[1:] <= 0.0)
             if len(out):
                 # The first position may be at the end of sticking, up to rounding.

@@ -14,7 +14,7 @@ import numpy as np
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.limits import check_bore
-from vibrissa.mechanics.admissibility import TOLERANCE, clearances
+from vibrissa.mechanics.admissibility import CLEARANCE_TOLERANCE, clearances
 from vibrissa.mechanics.equations import ends, shape
 from vibrissa.mechanics.lateral import lateral_stability
 from vibrissa.mechanics.mounting import IDEAL, Mounting
@@ -85,7 +85,7 @@ class EquilibriumState(ContactState):
         if self._solution is None or self.contact != Contact.POINT:
             return False
         clearance = clearances(self._solution, np.array([self.eta]), ("surface",))
-        return bool(self.phi1 < 0.0 or clearance.surface[0] < -TOLERANCE)
+        return bool(self.phi1 < 0.0 or clearance.surface[0] < -CLEARANCE_TOLERANCE)
 
     def frequencies(self, count: int = 2, tip: str = TipMotion.STICKS) -> FloatArray:
         """Lowest natural frequencies ω of small vibrations about the state.

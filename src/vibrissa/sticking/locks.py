@@ -10,8 +10,8 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import End, RodSection, Status
-from vibrissa.sticking.curve import SAME, StickingCurve, failed_curve
-from vibrissa.sticking.piece import AHEAD, Pieces
+from vibrissa.sticking.curve import SAME_X0, StickingCurve, failed_curve
+from vibrissa.sticking.piece import AHEAD, ROUNDED_FORCE, Pieces
 
 NO_MAXIMUM = (
     "the computed states end before -tan alpha reaches a maximum; try a larger eta or a theta "
@@ -22,8 +22,6 @@ NOT_IN_PLANE = (
     "the rod leaves its plane already at alpha = 0; try section: planar, a smaller eta, or a "
     "curvature that bends the rod less towards the surface"
 )
-# Forces below this are rounding errors (E·I0/L²).
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -100,12 +98,12 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
     """Add the lock and the first touch to a curve that was cut off at its end."""
     message = "" if curve.end is End.NOT_FOLLOWED else curve.end_message
     x0_lock, mu_lock = _lock(curve, extremes)
-    within = 0.0 < x0_lock < curve.x0_end - SAME
+    within = 0.0 < x0_lock < curve.x0_end - SAME_X0
     # Up to where it snaps or buckles, the rod sticks at every larger friction.
     held = curve.end is End.SWINGS_ASIDE or (curve.end is End.SNAPS and x0_lock > 0.0)
     if not curve.pieces or not (within or mu_lock == np.inf or held):
         if curve.end is not End.OUT_OF_REACH or not curve.pieces:
-            if curve.pieces and (curve.pieces.samples.reaction_fx > -ROUNDING).all():
+            if curve.pieces and (curve.pieces.samples.reaction_fx > -ROUNDED_FORCE).all():
                 message = NEVER_PUSHED
             status = Status.OUT_OF_REACH if message else Status.FAILED
             why = message or NO_MAXIMUM
@@ -120,7 +118,7 @@ def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
         message="" if locks else message,
         x0_lock=x0_lock,
         mu_lock=mu_lock,
-        x0_touch=touch if touch <= last + SAME else np.nan,
+        x0_touch=touch if touch <= last + SAME_X0 else np.nan,
     )
 
 
@@ -137,7 +135,7 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
     at = np.array([*found.values()])
     at[np.isnan(at)] = np.inf
     stop, ends = at.min(axis=0), np.array([*found], dtype=object)[at.argmin(axis=0)]
-    begins = stop > pieces.start + SAME
+    begins = stop > pieces.start + SAME_X0
     cut = np.flatnonzero(begins & (stop < pieces.stop))
     shorter = pieces.with_rows(cut, pieces.take(cut).up_to(stop[cut]))
     kept = []
@@ -163,7 +161,7 @@ def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray
     each = np.where(passes, [curve.x1_init for curve in curves], np.nan)
     x1_init = np.repeat(each, [len(curve.pieces) for curve in curves])
     # In point contact this is x0 = x1_init. A piece may end there, up to rounding.
-    inside = (pieces.start <= x1_init) & (x1_init <= pieces.stop + SAME)
+    inside = (pieces.start <= x1_init) & (x1_init <= pieces.stop + SAME_X0)
     at = np.where(inside, np.minimum(x1_init, pieces.stop), np.nan)
     rows = np.flatnonzero(np.isfinite(x1_init) & (pieces.line | ~pieces.by_x0))
     at[rows] = pieces.first_sum(rows, {"x0": 1.0, "s_c": -1.0}, x1_init[rows] - 1.0)
@@ -198,7 +196,7 @@ def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
     x0_lock = float(extremes.top[row])
     # A maximum in a kink belongs to two pieces: take the displacement at which the second begins.
     begins = pieces.first_x0[1:]
-    kinks = begins[np.abs(begins - x0_lock) <= SAME]
+    kinks = begins[np.abs(begins - x0_lock) <= SAME_X0]
     return float(kinks[-1]) if len(kinks) else x0_lock, float(extremes.demand[row])
 
 

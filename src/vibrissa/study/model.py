@@ -31,7 +31,7 @@ from vibrissa.study.claims import Claims
 from vibrissa.study.figures import FIGURE_KINDS, Figure, Sections
 from vibrissa.study.points import PointsChunk, PointsSection
 from vibrissa.study.readings import (
-    RECORDINGS,
+    MOST_RECORDINGS,
     ReadingChunk,
     ReadingSection,
     reading_chunks,
@@ -226,7 +226,7 @@ class Study(Section):
         description="largest number of values of an axis, of rods, and of recordings, that one job "
         "solves, as in {theta: 16} (default: "
         + ", ".join(f"{axis} {size}" for axis, size in SIZES.items())
-        + f", rods {MOST_RODS}, and recordings {RECORDINGS}; all of mu0 and dx0)",
+        + f", rods {MOST_RODS}, and recordings {MOST_RECORDINGS}; all of mu0 and dx0)",
     )
     max_points: Count = Field(
         default=MAX_POINTS,
@@ -476,7 +476,7 @@ class Study(Section):
                 self.scans[section.scan],
                 self.variants(section.scan),
                 section.transducers(self.folder),
-                most=self.chunk.get("recordings", RECORDINGS),
+                most=self.chunk.get("recordings", MOST_RECORDINGS),
             )
         }
 

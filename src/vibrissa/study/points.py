@@ -27,7 +27,7 @@ from vibrissa.study.surfaces import file_below, lines_of
 # Largest number of rows of a file; more are taken for a mistake.
 MOST_ROWS = 1_000_000
 # Largest number of wrong cells that are reported.
-SHOWN = 5
+REPORTED_CELLS = 5
 # Values of the axes at which a point's rod has its default mounting.
 _DEFAULTS = dict.fromkeys(MOUNTING_AXES, 0.0)
 # Axes that have one value for all points.
@@ -234,8 +234,8 @@ def read_points(path: Path, common: Mapping[str, Value]) -> PointTable:
     columns: dict[str, Sequence[Value]] = {}
     mistakes = [mistake for axis in cells.columns for mistake in _validated(cells, axis, columns)]
     if mistakes:
-        more = [f"{path.name}: and {len(mistakes) - SHOWN} more cells"]
-        shown = mistakes[:SHOWN] + (more if len(mistakes) > SHOWN else [])
+        more = [f"{path.name}: and {len(mistakes) - REPORTED_CELLS} more cells"]
+        shown = mistakes[:REPORTED_CELLS] + (more if len(mistakes) > REPORTED_CELLS else [])
         raise StudyError("\n".join(shown))
     for axis in AXES:
         if axis not in columns:

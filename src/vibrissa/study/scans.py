@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, FiniteFloat, model_
 from vibrissa.decimals import exact
 from vibrissa.outcomes import SlipLaw
 from vibrissa.study.axes import AXES, LAW_AXES, MOUNTING_AXES, Values, in_list, spell_value
-from vibrissa.study.chunks import ROD, START, Chunk, chunks_of, number_of_points
+from vibrissa.study.chunks import ROD_SECONDS, START_SECONDS, Chunk, chunks_of, number_of_points
 from vibrissa.study.sections import Count, Mistakes, Name, Section, check_bores
 from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant
 
@@ -23,7 +23,7 @@ MOST_SURFACES, MOST_PERIODS = 64, 2000
 # Where a path is given, a period is taken to be this long (L), as periods are not known beforehand.
 SHORT_PERIOD = 0.01
 # Upper bound of the time of a period (s).
-PERIOD = 0.1
+PERIOD_SECONDS = 0.1
 # A slip law: its name and the values of the further axes that bear on it, by their names.
 Law: TypeAlias = dict[str, Any]
 
@@ -213,7 +213,11 @@ class ScanChunk:
     def minutes(self) -> int:
         """Return the minutes to request from a cluster."""
         scans = number_of_points(self.axes) * len(self.surfaces) * len(self.laws)
-        seconds = START + ROD * number_of_points(self.axes) + PERIOD * scans * self.periods
+        seconds = (
+            START_SECONDS
+            + ROD_SECONDS * number_of_points(self.axes)
+            + PERIOD_SECONDS * scans * self.periods
+        )
         return 1 + int(seconds / 60)
 
 

@@ -18,7 +18,7 @@ PLANE = "plane"
 # A surface with one value of each of its axes, as plain values: the parameters of a job.
 Variant: TypeAlias = Mapping[str, Any]
 # Keys of which a surface has exactly one, with the further keys that each needs.
-KINDS: Mapping[str, tuple[str, ...]] = {
+FRICTION_KINDS: Mapping[str, tuple[str, ...]] = {
     "mu0": (),
     "patches": (),
     "profile": (),
@@ -26,7 +26,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 }
 
 # Keys of the heights of a surface, which are added.
-HEIGHTS = ("wave", "grooves", "rough", "heights")
+HEIGHT_KEYS = ("wave", "grooves", "rough", "heights")
 
 _Friction: TypeAlias = Annotated[FiniteFloat, Field(gt=0)]
 
@@ -99,20 +99,20 @@ class SurfaceSection(Section):
     def _is_one_kind(self) -> Self:
         mistakes = Mistakes()
         given = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        kinds = [kind for kind in KINDS if kind in given]
+        kinds = [kind for kind in FRICTION_KINDS if kind in given]
         if len(kinds) != 1:
             has = " and ".join(kinds) if kinds else "none of them"
-            mistakes.add(f"needs exactly one of the keys {', '.join(KINDS)}; it has {has}")
+            mistakes.add(f"needs exactly one of the keys {', '.join(FRICTION_KINDS)}; it has {has}")
             mistakes.refuse()
         (kind,) = kinds
-        for key in KINDS[kind]:
+        for key in FRICTION_KINDS[kind]:
             if key not in given:
                 mistakes.add(f"missing {key!r}: a surface with {kind!r} needs it")
         if not self.has_heights:
             for key in sorted(given & {"lay", "tip_radius"}):
-                text = f"needs heights ({', '.join(HEIGHTS)}); add some, or remove it"
+                text = f"needs heights ({', '.join(HEIGHT_KEYS)}); add some, or remove it"
                 mistakes.add(text, key)
-        for key in sorted(given - {kind, *KINDS[kind], *HEIGHTS, "lay", "tip_radius"}):
+        for key in sorted(given - {kind, *FRICTION_KINDS[kind], *HEIGHT_KEYS, "lay", "tip_radius"}):
             mistakes.add(f"is not a key of a surface with {kind!r}; remove it", key)
         for place, (before, after) in enumerate(pairwise(self.patches or ()), start=1):
             if not after[0] > before[0]:
@@ -134,7 +134,7 @@ class SurfaceSection(Section):
     @property
     def has_heights(self) -> bool:
         """Whether the surface is uneven."""
-        return any(getattr(self, key) is not None for key in HEIGHTS)
+        return any(getattr(self, key) is not None for key in HEIGHT_KEYS)
 
     @property
     def files(self) -> list[str]:
