@@ -157,7 +157,7 @@ class ScanSection(Section):
 def variants_of(
     section: ScanSection, surfaces: Mapping[str, SurfaceSection], folder: Path
 ) -> list[Variant]:
-    """List the surfaces of a scan."""
+    """List the surfaces of scans; with `mu0` in place of surfaces, a plane for each coefficient."""
     if section.surface is None:
         return [{"surface": PLANE, "mu0": mu0} for mu0 in section.mu0 or ()]
     return [found for name in section.surface for found in surfaces[name].variants(name, folder)]
