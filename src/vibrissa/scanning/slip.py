@@ -83,7 +83,7 @@ class Slip(RestingClamp):
         ArgumentError
             If the tip reaches an unknown part of the surface, or slides to and fro for too long.
         """
-        contact = self._within(contact)
+        contact = self._into_known_states(contact)
         if self.model.law is SlipLaw.FREE and self.surface.texture is None:
             if (end := self._free_on_plane(contact)) is not None:
                 return end
@@ -137,7 +137,7 @@ class Slip(RestingClamp):
         released = float(driving.integrate(0.0, driving.x[-1]))
         return SlipEnd(contact=end, x0=0.0, released=released)
 
-    def _within(self, contact: float) -> float:
+    def _into_known_states(self, contact: float) -> float:
         """Move a tip that a long step has taken out of the computed states to the last of them."""
         for _ in range(MOST_MOVES):
             states, x0 = self.held(contact)
