@@ -13,9 +13,10 @@ from pydantic import BeforeValidator, Field, FiniteFloat, model_validator
 from vibrissa.outcomes import Method
 from vibrissa.study.axes import Values, in_list, spell_value
 from vibrissa.study.chunks import START_SECONDS, points_of
+from vibrissa.study.data_files import digest_of, file_below
 from vibrissa.study.scans import ScanSection
 from vibrissa.study.sections import Count, Mistakes, Name, Section
-from vibrissa.study.surfaces import Variant, digest_of, file_below
+from vibrissa.study.surfaces import Variant
 
 # Default largest number of recordings in a chunk. A job then takes some 20 to 30 s; the first
 # recording of a job takes longer than the others, as the stated rod is solved once.

@@ -136,8 +136,8 @@ class ScanSection(Section):
         overshoots = any(SlipLaw(law).overshoots for law in self.law)
         return overshoots or backward or self.stage_angle[0] < 0.0
 
-    def steps(self, dx0: float) -> int:
-        """Count the steps of the path, or the slips."""
+    def steps_or_slips(self, dx0: float) -> int:
+        """Count the steps of a path, or the slips of a scan that ends after a number of them."""
         if self.to is None:
             return self.cycles or 0
         way = sum(abs(end - begin) for begin, end in pairwise([0.0, *self.to]))
@@ -146,12 +146,12 @@ class ScanSection(Section):
     @property
     def periods(self) -> int:
         """Number of periods in a scan; an estimate if the path is given."""
-        return self.cycles or max(1, self.steps(max(SHORT_PERIOD, min(self.dx0))))
+        return self.cycles or max(1, self.steps_or_slips(max(SHORT_PERIOD, min(self.dx0))))
 
     def points(self, surfaces: int) -> int:
         """Count the scans, each times its slips or steps, over a number of surfaces."""
         rods = number_of_points({name: self.rods[name] for name in self.rods if name != "dx0"})
-        return rods * surfaces * len(self.laws) * sum(self.steps(dx0) for dx0 in self.dx0)
+        return rods * surfaces * len(self.laws) * sum(self.steps_or_slips(dx0) for dx0 in self.dx0)
 
 
 def variants_of(
