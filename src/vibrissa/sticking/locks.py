@@ -56,6 +56,10 @@ class _Extremes(NamedTuple):
     demand: FloatArray
     touch: FloatArray
 
+    def of(self, rows: slice) -> "_Extremes":
+        """Return those of some pieces."""
+        return _Extremes(top=self.top[rows], demand=self.demand[rows], touch=self.touch[rows])
+
 
 def assembled_curves(
     followed: Sequence[StickingCurve], limits: Sequence[ShapeLimits]
@@ -83,8 +87,7 @@ def assembled_curves(
     pieces = Pieces.concatenate([curve.pieces for curve in kept])
     extremes = _extremes(pieces, np.concatenate(arches))
     return [
-        _with_lock(curve, _Extremes(*(values[rows] for values in extremes)))
-        for curve, rows in zip(kept, _rows(kept), strict=True)
+        _with_lock(curve, extremes.of(rows)) for curve, rows in zip(kept, _rows(kept), strict=True)
     ]
 
 
@@ -97,29 +100,42 @@ def _rows(curves: Sequence[StickingCurve]) -> list[slice]:
 def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
     """Add the lock and the first touch to a curve that was cut off at its end."""
     message = "" if curve.end is End.NOT_FOLLOWED else curve.end_message
-    x0_lock, mu_lock = _lock(curve, extremes)
-    within = 0.0 < x0_lock < curve.x0_end - SAME_X0
+    if not curve.pieces:
+        return _without_states(curve, message)
+    lock = _lock(curve, extremes)
+    within = 0.0 < lock.x0 < curve.x0_end - SAME_X0
     # Up to where it snaps or buckles, the rod sticks at every larger friction.
-    held = curve.end is End.SWINGS_ASIDE or (curve.end is End.SNAPS and x0_lock > 0.0)
-    if not curve.pieces or not (within or mu_lock == np.inf or held):
-        if curve.end is not End.OUT_OF_REACH or not curve.pieces:
-            if curve.pieces and (curve.pieces.samples.reaction_fx > -ROUNDED_FORCE).all():
-                message = NEVER_PUSHED
-            status = Status.OUT_OF_REACH if message else Status.FAILED
-            why = message or NO_MAXIMUM
-            failed = failed_curve(curve.theta, curve.eta, why, status, curve.method)
-            return replace(failed, section=curve.section, mounting=curve.mounting)
-        x0_lock = mu_lock = np.nan
-    locks = not np.isnan(mu_lock)
-    touch, last = _first_touch(curve, extremes), x0_lock if locks else curve.x0_end
+    held = curve.end is End.SWINGS_ASIDE or (curve.end is End.SNAPS and lock.x0 > 0.0)
+    touch = _first_touch(curve, extremes)
+    if within or held or lock.mu == np.inf:
+        touched = touch if touch <= lock.x0 + SAME_X0 else np.nan
+        return replace(
+            curve,
+            status=Status.SOLVED,
+            message="",
+            x0_lock=lock.x0,
+            mu_lock=lock.mu,
+            x0_touch=touched,
+        )
+    if curve.end is not End.OUT_OF_REACH:
+        never_pushed = (curve.pieces.samples.reaction_fx > -ROUNDED_FORCE).all()
+        return _without_states(curve, NEVER_PUSHED if never_pushed else message)
     return replace(
         curve,
-        status=Status.SOLVED if locks else Status.OUT_OF_REACH,
-        message="" if locks else message,
-        x0_lock=x0_lock,
-        mu_lock=mu_lock,
-        x0_touch=touch if touch <= last + SAME_X0 else np.nan,
+        status=Status.OUT_OF_REACH,
+        message=message,
+        x0_lock=np.nan,
+        mu_lock=np.nan,
+        x0_touch=touch if touch <= curve.x0_end + SAME_X0 else np.nan,
     )
+
+
+def _without_states(curve: StickingCurve, message: str) -> StickingCurve:
+    """Return a curve without states: out of reach for the reason in `message`, or else failed."""
+    status = Status.OUT_OF_REACH if message else Status.FAILED
+    why = message or NO_MAXIMUM
+    failed = failed_curve(curve.theta, curve.eta, why, status, curve.method)
+    return replace(failed, section=curve.section, mounting=curve.mounting)
 
 
 def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[StickingCurve]:
@@ -185,19 +201,24 @@ def _extremes(pieces: Pieces, arches: FloatArray) -> _Extremes:
     return _Extremes(top=top, demand=demand, touch=touch)
 
 
-def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
-    """x0 (L) at which −tan α is largest on a curve, and −tan α there (infinite at lift-off)."""
+class _Lock(NamedTuple):
+    """Displacement at which −tan α is largest on a curve (L), and −tan α there."""
+
+    x0: float
+    mu: float
+
+
+def _lock(curve: StickingCurve, extremes: _Extremes) -> _Lock:
+    """Find the lock of a curve with states; its −tan α is infinite at lift-off."""
     pieces = curve.pieces
-    if not pieces:
-        return np.nan, -np.inf
     if curve.end is End.LIFTS_OFF and pieces.states.reaction_fx[-1, -1] < 0.0:
-        return curve.x0_end, np.inf
+        return _Lock(x0=curve.x0_end, mu=np.inf)
     row = int(np.argmax(extremes.demand))
     x0_lock = float(extremes.top[row])
     # A maximum in a kink belongs to two pieces: take the displacement at which the second begins.
     begins = pieces.first_x0[1:]
     kinks = begins[np.abs(begins - x0_lock) <= SAME_X0]
-    return float(kinks[-1]) if len(kinks) else x0_lock, float(extremes.demand[row])
+    return _Lock(x0=float(kinks[-1]) if len(kinks) else x0_lock, mu=float(extremes.demand[row]))
 
 
 def _first_touch(curve: StickingCurve, extremes: _Extremes) -> float:
