@@ -1,7 +1,7 @@
 # From the tables to figures, verdicts, summary and report.
 TABLES = {name: f"{RESULTS}/tables/{name}.parquet" for name in STUDY.tables}
 COMPUTED = {name: path for name, path in TABLES.items() if name != "claims"}
-STUDY_PARTS = {name: STUDY.part(name) for name in STUDY.tables}
+STUDY_PARTS = {name: STUDY.study_part(name) for name in STUDY.tables}
 # Inputs of each figure, with its caption.
 FIGURES = STUDY.figure_params
 SCRIPTED = {name: figure for name, figure in FIGURES.items() if figure["script"]}

@@ -46,7 +46,7 @@ rule stiction:
     params:
         table="stiction",
         chunk_parts=list(map(STUDY.chunk_part, STUDY.chunks)),
-        study_part=STUDY.part("stiction"),
+        study_part=STUDY.study_part("stiction"),
         code=SOLVING_CODE,
     message:
         "joining the chunks into one table"
@@ -102,7 +102,7 @@ rule scans:
     params:
         table="scans",
         chunk_parts=list(map(STUDY.scan_chunk_part, STUDY.scan_chunks)),
-        study_part=STUDY.part("scans"),
+        study_part=STUDY.study_part("scans"),
         code=SCANNING_CODE,
     message:
         "joining the steps of all scans into one table"
@@ -127,7 +127,7 @@ rule periods:
     params:
         table="periods",
         chunk_parts=list(map(STUDY.scan_chunk_part, STUDY.scan_chunks)),
-        study_part=STUDY.part("periods"),
+        study_part=STUDY.study_part("periods"),
         code=SCANNING_CODE,
     message:
         "joining the periods of all scans into one table"
@@ -180,7 +180,7 @@ rule friction:
     params:
         table="friction",
         chunk_parts=list(map(STUDY.reading_chunk_part, STUDY.reading_chunks)),
-        study_part=STUDY.part("friction"),
+        study_part=STUDY.study_part("friction"),
         code=READING_CODE,
     message:
         "joining the readings of all recordings into one table"
@@ -204,7 +204,7 @@ rule states:
         study=STUDY.name,
         states={name: state.params(STUDY.contact) for name, state in STUDY.states.items()},
         frequencies=STUDY.frequencies,
-        study_part=STUDY.part("states"),
+        study_part=STUDY.study_part("states"),
         code=SOLVING_CODE,
     message:
         "solving single states"
@@ -229,7 +229,7 @@ rule comparisons:
     params:
         study=STUDY.name,
         comparisons={name: one.axes for name, one in STUDY.comparisons.items()},
-        study_part=STUDY.part("comparisons"),
+        study_part=STUDY.study_part("comparisons"),
         code=SOLVING_CODE,
     message:
         "solving points in both kinds of contact"

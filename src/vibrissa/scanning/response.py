@@ -148,7 +148,7 @@ class Response(States):
         # The retraction was followed a little past a limit point, where x0 turns.
         first, others = pieces.take(slice(1)), pieces.take(slice(1, None))
         begin = pieces.sample_places[:1, turn]
-        return Pieces.concatenate([first.part(begin, first.stop), others])
+        return Pieces.concatenate([first.cut_to(begin, first.stop), others])
 
     @cached_property
     def x0_pull(self) -> float:

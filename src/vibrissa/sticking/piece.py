@@ -245,9 +245,9 @@ class Pieces(Batch):
 
     def up_to(self, stop: FloatArray) -> Self:
         """Cut each piece off at the value `stop` of its parameter."""
-        return self.part(self.start, stop)
+        return self.cut_to(self.start, stop)
 
-    def part(self, start: FloatArray, stop: FloatArray) -> Self:
+    def cut_to(self, start: FloatArray, stop: FloatArray) -> Self:
         """Cut each piece to the part between two values of its parameter."""
         places = start[:, None] + (stop - start)[:, None] * chebyshev_nodes(STATES_PER_PIECE)
         states = self.at(np.repeat(np.arange(len(self)), STATES_PER_PIECE), places.ravel())

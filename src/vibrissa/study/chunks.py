@@ -53,7 +53,7 @@ class Chunk:
             values = f"{values[:LONGEST_NAME]}_{sha256(values.encode()).hexdigest()[:16]}"
         return f"{self.grid}/{values}"
 
-    def part(self, solver: Mapping[str, str]) -> str:
+    def study_part(self, solver: Mapping[str, str]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its file's metadata."""
         lines = {"grid": self.grid, **self.axes, **solver}
         return "".join(f"{key}: {value}\n" for key, value in lines.items())

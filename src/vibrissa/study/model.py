@@ -523,15 +523,15 @@ class Study(Section):
 
     def chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk, as text for the metadata of its table."""
-        return self.chunks[name].part(self.solver_settings)
+        return self.chunks[name].study_part(self.solver_settings)
 
     def scan_chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk of scans, as text for its tables' metadata."""
-        return self.scan_chunks[name].part(self.solver_settings)
+        return self.scan_chunks[name].study_part(self.solver_settings)
 
     def reading_chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk of readings, as text for its metadata."""
-        return self.reading_chunks[name].part(self.reading_settings)
+        return self.reading_chunks[name].study_part(self.reading_settings)
 
     @property
     def reading_settings(self) -> dict[str, str]:
@@ -548,7 +548,7 @@ class Study(Section):
         """Text of the study file, with changes from the command line appended as comments."""
         return str(self._context["text"])
 
-    def part(self, table: str) -> str:
+    def study_part(self, table: str) -> str:
         """Part of the study file that determines a table, as text for the table's metadata."""
         written = self._context["written"]
         chosen = {key: written[key] for key in _KEYS[table] if key in written}

@@ -199,7 +199,7 @@ class PointsChunk:
         names = ("grid", "file", "common", "first", "rods", "content")
         return {name: getattr(self, name) for name in names}
 
-    def part(self, solver: Mapping[str, str]) -> str:
+    def study_part(self, solver: Mapping[str, str]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its file's metadata."""
         # The content of the file counts, not its path, which may be another in an archive.
         lines = {"grid": self.grid, "points": self.content, **solver}

@@ -206,7 +206,7 @@ class ReadingChunk:
             **self.setup,
         }
 
-    def part(self, solver: Mapping[str, Any]) -> str:
+    def study_part(self, solver: Mapping[str, Any]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its file's metadata."""
         inputs = {**self.params, "point": same_anywhere(self.point), **solver}
         return "".join(f"{key}: {value}\n" for key, value in inputs.items())

@@ -200,7 +200,7 @@ class ScanChunk:
         names = ("scan_name", "axes", "surfaces", "laws", "to", "cycles", "shapes", "each_step")
         return {name: getattr(self, name) for name in names}
 
-    def part(self, solver: Mapping[str, str]) -> str:
+    def study_part(self, solver: Mapping[str, str]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its files' metadata."""
         # The content of a file counts, not its path, which may be another in an archive.
         inputs = {**self.params, **solver}
