@@ -188,7 +188,7 @@ def test_many_mistakes_and_many_rows_are_short(read, monkeypatch):
     with pytest.raises(StudyError) as raised:
         read(file=FILE.replace("0.8", "8"))
     assert len(str(raised.value).splitlines()) == 4
-    monkeypatch.setattr(points, "SHOWN", 2)
+    monkeypatch.setattr(points, "REPORTED_CELLS", 2)
     with pytest.raises(StudyError, match=r"mine\.csv: and 2 more cells$"):
         read(file=FILE.replace("0.8", "8"))
     monkeypatch.setattr(points, "MOST_ROWS", 3)
