@@ -40,7 +40,8 @@ _SOLVER = (
 )
 _SOLVER_LIBRARIES = ("numpy", "scipy")
 # What also determines the tables of scans.
-_SCANNING, SCANNED = ("scanning", "study/surfaces.py"), frozenset(("scans", "periods"))
+_SCANNING = ("scanning", "study/data_files.py", "study/surfaces.py")
+SCANNED = frozenset(("scans", "periods"))
 # What also determines the table of friction, and the libraries that decide its numbers.
 _READING = ("readings", "sensor", "design", "quantities", "study/readings.py")
 _READING_LIBRARIES = ("pandas", "pint")

@@ -142,12 +142,12 @@ def test_both_methods_find_the_same():
 @pytest.fixture
 def chunk(tmp_path, axes, table):
     path = tmp_path / "chunk.parquet"
-    store.write(table, path, Chunk(grid="g", axes=axes).part(SOLVER))
+    store.write(table, path, Chunk(grid="g", axes=axes).study_part(SOLVER))
     return path
 
 
 def rows_of(path, grid, axes, solver):
-    part = Chunk(grid=grid, axes=axes).part(solver)
+    part = Chunk(grid=grid, axes=axes).study_part(solver)
     return query.batches(query.opened(path, STICTION, part), STICTION.names)
 
 

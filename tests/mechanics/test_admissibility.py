@@ -9,7 +9,12 @@ from scipy.optimize import minimize
 import vibrissa
 from rod_states import made_states
 from vibrissa import Mounting, Status, solve_state, stick_slip
-from vibrissa.mechanics.admissibility import BELOW, CROSSES_ITSELF, CROSSES_SURFACE, clearances
+from vibrissa.mechanics.admissibility import (
+    BELOW_CLAMP,
+    CROSSES_ITSELF,
+    CROSSES_SURFACE,
+    clearances,
+)
 from vibrissa.mechanics.equations import shape
 from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import Contact, End, RodSection
@@ -41,7 +46,7 @@ def test_an_upright_rod_is_fine():
 
 
 def test_a_rod_that_hangs_below_its_clamp():
-    assert BELOW in seen(rod(lambda s: np.pi / 2 - 1.6 * np.pi * s), 0.5, Contact.POINT)
+    assert BELOW_CLAMP in seen(rod(lambda s: np.pi / 2 - 1.6 * np.pi * s), 0.5, Contact.POINT)
 
 
 def test_a_rod_that_rises_above_the_surface_before_it_touches():
@@ -171,7 +176,7 @@ def integrated(curve, x0):
 )
 def test_a_rod_ends_exactly_where_it_comes_down_to_its_clamps_level(theta, eta, contact):
     curve = solve_curve(theta, eta, contact=contact)
-    assert curve.end is End.OUT_OF_REACH and BELOW in curve.end_message
+    assert curve.end is End.OUT_OF_REACH and BELOW_CLAMP in curve.end_message
     _, (_, y, _) = integrated(curve, curve.x0_end)
     # Between the points a parabola has its lowest point this far below them.
     assert y[200:].min() == pytest.approx(0.0, abs=1e-8)

@@ -10,7 +10,7 @@ from responses import by_law
 from vibrissa import Mounting, Status, solve_curve, solve_onset, stick_slip
 from vibrissa.errors import NoResponseError
 from vibrissa.outcomes import End, SlipLaw
-from vibrissa.scanning.cycles import as_far_as_possible, move, stage_maker
+from vibrissa.scanning.cycles import longest_scan, move, stage_maker
 from vibrissa.scanning.scan import Outcome, Scan
 from vibrissa.scanning.surfaces import constant
 from vibrissa.sticking.curve import failed_curve
@@ -205,7 +205,7 @@ def test_a_path_is_followed_as_far_as_the_rod_has_states(reach, turns):
             raise NoResponseError("shorten the path")
         return Scan.without_rows(Outcome.COMPLETE, "")
 
-    found = as_far_as_possible(scan, "0.1", ["0.3", "0.1", "0.5", "0"])
+    found = longest_scan(scan, "0.1", ["0.3", "0.1", "0.5", "0"])
     assert found.outcome is Outcome.OUT_OF_REACH and found.message == "shorten the path"
     fits = [turns for turns in asked if length_of(turns) <= D(reach)]
     assert max(fits, key=length_of) == list(map(D, turns)) and len(asked) <= 6
@@ -216,4 +216,4 @@ def test_a_rod_without_states_after_one_step_has_no_scan():
         raise NoResponseError("shorten the path")
 
     with pytest.raises(NoResponseError):
-        as_far_as_possible(scan, 0.1, [0.4])
+        longest_scan(scan, 0.1, [0.4])

@@ -13,7 +13,7 @@ from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.scanning import SlipLaw, surfaces
-from vibrissa.scanning.response_over_eta import EXACT, respond_over
+from vibrissa.scanning.response_over_eta import INTERPOLATION_ERROR, respond_over
 from vibrissa.scanning.scan import Outcome, TipPhase
 from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import Stage, path
@@ -136,7 +136,10 @@ def test_reactions_between_heights_are_those_that_are_solved():
         x0 = np.linspace(solved.x0_pull + 1e-9, solved.x0_end - 1e-9, 40)
         states = heights().states(np.full(40, eta))
         size = np.abs(solved.reactions(x0)).max()
-        assert np.abs(states.reactions(x0) - solved.reactions(x0)).max() < 0.1 * EXACT * size
+        assert (
+            np.abs(states.reactions(x0) - solved.reactions(x0)).max()
+            < 0.1 * INTERPOLATION_ERROR * size
+        )
         # Towards the end the states stand more closely, as near a limit point.
         assert states.reactions_slope(x0)[:-1] == pytest.approx(
             solved.reactions_slope(x0)[:-1], abs=1e-5

@@ -85,7 +85,7 @@ def test_friction_does_not_depend_on_where_the_stage_counts_from(by):
 def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch):
     _, recording = recorded()
     whole = found_in(recording)
-    monkeypatch.setattr(slope, "BLOCK", 3)
+    monkeypatch.setattr(slope, "PERIODS_AT_ONCE", 3)
     same(found_in(recording), whole)
 
 
@@ -93,7 +93,7 @@ def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch):
 @pytest.mark.parametrize("law", SlipLaw)
 def test_a_scan_does_not_depend_on_the_size_of_blocks(monkeypatch, law):
     whole, _ = recorded(law)
-    monkeypatch.setattr(tip, "BLOCK", 7)
+    monkeypatch.setattr(tip, "STEPS_AT_ONCE", 7)
     parts, _ = recorded(law)
     assert parts.reactions.tolist() == whole.reactions.tolist()
     assert parts.contact.tolist() == whole.contact.tolist()

@@ -349,12 +349,17 @@ def test_claims_need_the_papers_points_and_say_what_to_remove(read):
 
 def test_a_table_answers_a_part_of_the_study(read):
     study = read(STUDY)
-    assert yaml.safe_load(study.part("periods")).keys() == {"study", "contact", "method", "scans"}
-    assert yaml.safe_load(study.part("scans"))["with_shapes"] == ["runs"]
-    assert study.part("scans") == read(STUDY + "# a comment\n").part("scans")
+    assert yaml.safe_load(study.study_part("periods")).keys() == {
+        "study",
+        "contact",
+        "method",
+        "scans",
+    }
+    assert yaml.safe_load(study.study_part("scans"))["with_shapes"] == ["runs"]
+    assert study.study_part("scans") == read(STUDY + "# a comment\n").study_part("scans")
     longer = read(edited(("[1, 2.5]", "[1, 2.5, 3]")))
-    assert longer.part("scans") == study.part("scans")
-    assert longer.part("stiction") != study.part("stiction")
+    assert longer.study_part("scans") == study.study_part("scans")
+    assert longer.study_part("stiction") != study.study_part("stiction")
 
 
 def paths_of(config, path=()):

@@ -74,7 +74,10 @@ def test_a_parquet_file_has_the_same_points(read):
     frame = pd.DataFrame(columns(read())).drop(columns=list(MOUNTING_AXES))
     other = read(STUDY.replace("mine.csv", "mine.parquet"), frame, "mine.parquet")
     assert columns(other) == columns(read())
-    assert other.part("stiction").splitlines()[-1] == read().part("stiction").splitlines()[-1]
+    assert (
+        other.study_part("stiction").splitlines()[-1]
+        == read().study_part("stiction").splitlines()[-1]
+    )
 
 
 def parts(study):
@@ -90,11 +93,13 @@ def test_only_chunks_whose_points_change_are_others(read):
     ]
     assert list(parts(before)) == ["scattered/rod1", "scattered/rod3"]
     remark = read(text, "# a remark\n" + FILE.replace("1e-3", " 0.001"))
-    assert parts(remark) == parts(before) and remark.part("stiction") == before.part("stiction")
+    assert parts(remark) == parts(before) and remark.study_part("stiction") == before.study_part(
+        "stiction"
+    )
     edited = read(text, FILE.replace("3,0.2", "3,0.25"))
     assert parts(edited)["scattered/rod1"] == parts(before)["scattered/rod1"]
     assert parts(edited)["scattered/rod3"] != parts(before)["scattered/rod3"]
-    assert edited.part("stiction") != before.part("stiction")
+    assert edited.study_part("stiction") != before.study_part("stiction")
     more = read(text, FILE + "9,0.2,0.85,0.001\n4,0.2,0.85,0.001\n")
     assert list(parts(more)) == ["scattered/rod1", "scattered/rod3", "scattered/rod5"]
     assert parts(more)["scattered/rod1"] == parts(before)["scattered/rod1"]
@@ -183,7 +188,7 @@ def test_many_mistakes_and_many_rows_are_short(read, monkeypatch):
     with pytest.raises(StudyError) as raised:
         read(file=FILE.replace("0.8", "8"))
     assert len(str(raised.value).splitlines()) == 4
-    monkeypatch.setattr(points, "SHOWN", 2)
+    monkeypatch.setattr(points, "REPORTED_CELLS", 2)
     with pytest.raises(StudyError, match=r"mine\.csv: and 2 more cells$"):
         read(file=FILE.replace("0.8", "8"))
     monkeypatch.setattr(points, "MOST_ROWS", 3)

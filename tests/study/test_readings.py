@@ -52,7 +52,7 @@ def test_a_chunk_has_recordings_of_one_point(read):
         "mini40-si-40-2",
     ]
     assert "friction" in study.tables and "tables/friction.parquet" in study.results
-    part = yaml.safe_load(study.part("friction"))
+    part = yaml.safe_load(study.study_part("friction"))
     assert part.keys() == {"study", "scans", "readings"}
 
 
@@ -74,7 +74,7 @@ def test_a_transducer_may_be_a_file(read):
     # The content counts, wherever the file is.
     assert chunk.point["card"] not in study.reading_chunk_part(chunk.name)
     assert chunk.point["card_content"] in study.reading_chunk_part(chunk.name)
-    assert chunk.point["card_content"] in study.part("friction")
+    assert chunk.point["card_content"] in study.study_part("friction")
 
 
 @pytest.mark.parametrize(

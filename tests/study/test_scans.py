@@ -151,8 +151,8 @@ def test_a_chunk_has_no_more_periods_than_its_limit(read):
 def test_the_content_of_a_profile_decides_what_runs_again(read):
     def parts(profile):
         study = read(STUDY, profile)
-        tables = {name: study.part(name) for name in study.tables}
-        return tables | {name: one.part({}) for name, one in study.scan_chunks.items()}
+        tables = {name: study.study_part(name) for name in study.tables}
+        return tables | {name: one.study_part({}) for name, one in study.scan_chunks.items()}
 
     before, after = parts(PROFILE), parts(PROFILE.replace("0.32", "0.33"))
     changed = {name.partition("/")[0] for name in before if before[name] != after[name]}
@@ -194,7 +194,9 @@ def test_heights_of_a_surface_are_axes_of_its_scans(read_heights):
     }
     assert all(one["wave_phase"] == 0.0 and one["mu0"] == 0.3 for one in variants)
     assert study.data_files == ["friction.csv", "heights.csv"]
-    assert study.part("scans") != read_heights(heights="x,height\n0, 0\n1, 0\n").part("scans")
+    assert study.study_part("scans") != read_heights(heights="x,height\n0, 0\n1, 0\n").study_part(
+        "scans"
+    )
 
 
 @pytest.mark.parametrize(

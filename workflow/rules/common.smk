@@ -63,9 +63,9 @@ try:
     FOLDER = Path(workflow.modifier.path_modifier.replace_prefix(RESULTS))
     ownership.check(FOLDER, STUDY_FILE)
     # Files to be made again. Jobs on other machines do what this process decides.
-    OLD = outdated.to_make_again(FOLDER, STUDY) if workflow.is_main_process else set()
+    OUTDATED = outdated.to_make_again(FOLDER, STUDY) if workflow.is_main_process else set()
     if workflow.is_main_process:
-        stopping.watch(workflow, lambda began: outdated.kept(FOLDER, STUDY, OLD, began))
+        stopping.watch(workflow, lambda began: outdated.kept(FOLDER, STUDY, OUTDATED, began))
 except VibrissaError as error:
     sys.exit(str(error))
 
@@ -78,19 +78,20 @@ DISPLAY_CODE = display_code()
 MARKS = outdated.marks(STUDY)
 
 
-def again(*names):
-    """Return an input function, of no files, that has outdated outputs made again.
+def force_outdated(*names):
+    """Return an input function that adds no input file, but has outdated outputs made again.
 
-    Snakemake compares with its own records, which results from elsewhere do not have. The functions
-    of a rule's inputs are called only for jobs that are asked for.
+    Snakemake calls the functions of a rule's inputs only for jobs that are asked for: the outputs
+    of these jobs, `names` in the study's folder, are forced if they are outdated. Snakemake itself
+    compares with its own records, which results from elsewhere do not have.
     """
 
-    def force(wildcards):
+    def no_files(wildcards):
         paths = {str(FOLDER / name.format(**wildcards)) for name in names}
-        workflow.dag.forcefiles.update(paths & OLD)
+        workflow.dag.forcefiles.update(paths & OUTDATED)
         return []
 
-    return force
+    return no_files
 
 
 wildcard_constraints:

@@ -1,7 +1,7 @@
 # From the tables to figures, verdicts, summary and report.
 TABLES = {name: f"{RESULTS}/tables/{name}.parquet" for name in STUDY.tables}
 COMPUTED = {name: path for name, path in TABLES.items() if name != "claims"}
-STUDY_PARTS = {name: STUDY.part(name) for name in STUDY.tables}
+STUDY_PARTS = {name: STUDY.study_part(name) for name in STUDY.tables}
 # Inputs of each figure, with its caption.
 FIGURES = STUDY.figure_params
 SCRIPTED = {name: figure for name, figure in FIGURES.items() if figure["script"]}
@@ -10,7 +10,7 @@ PICTURES = expand(f"{RESULTS}/figures/{{figure}}.png", figure=FIGURES)
 
 rule figures:
     input:
-        again("figures/captions.md", *(f"figures/{name}.png" for name in FIGURES)),
+        force_outdated("figures/captions.md", *(f"figures/{name}.png" for name in FIGURES)),
         **COMPUTED,
     output:
         report(
@@ -51,7 +51,7 @@ for figure in SCRIPTED:
         name:
             f"figure_{figure}"
         input:
-            again(f"figures/{figure}.png"),
+            force_outdated(f"figures/{figure}.png"),
             **COMPUTED,
             script=local(SCRIPTED[figure]["script"]),
         output:
@@ -79,7 +79,7 @@ for figure in SCRIPTED:
 
 rule claims:
     input:
-        again("tables/claims.parquet"),
+        force_outdated("tables/claims.parquet"),
         **COMPUTED,
     output:
         table=f"{RESULTS}/tables/claims.parquet",
@@ -106,7 +106,7 @@ rule claims:
 
 rule summary:
     input:
-        again("summary.txt"),
+        force_outdated("summary.txt"),
         **TABLES,
         pictures=PICTURES,
     output:
@@ -132,7 +132,7 @@ rule summary:
 
 rule report:
     input:
-        again("report.html"),
+        force_outdated("report.html"),
         **TABLES,
         pictures=PICTURES,
     output:

@@ -3,7 +3,7 @@
 
 rule chunk:
     input:
-        again("chunks/{chunk}.parquet"),
+        force_outdated("chunks/{chunk}.parquet"),
     output:
         f"{RESULTS}/chunks/{{chunk}}.parquet",
     log:
@@ -31,7 +31,7 @@ rule chunk:
 
 rule stiction:
     input:
-        again("tables/stiction.parquet"),
+        force_outdated("tables/stiction.parquet"),
         chunks=expand(rules.chunk.output, chunk=STUDY.chunks),
     output:
         f"{RESULTS}/tables/stiction.parquet",
@@ -46,7 +46,7 @@ rule stiction:
     params:
         table="stiction",
         chunk_parts=list(map(STUDY.chunk_part, STUDY.chunks)),
-        study_part=STUDY.part("stiction"),
+        study_part=STUDY.study_part("stiction"),
         code=SOLVING_CODE,
     message:
         "joining the chunks into one table"
@@ -56,7 +56,9 @@ rule stiction:
 
 rule scan_chunk:
     input:
-        again("scan_chunks/scans/{scan_chunk}.parquet", "scan_chunks/periods/{scan_chunk}.parquet"),
+        force_outdated(
+            "scan_chunks/scans/{scan_chunk}.parquet", "scan_chunks/periods/{scan_chunk}.parquet"
+        ),
     output:
         steps=f"{RESULTS}/scan_chunks/scans/{{scan_chunk}}.parquet",
         periods=f"{RESULTS}/scan_chunks/periods/{{scan_chunk}}.parquet",
@@ -85,7 +87,7 @@ rule scan_chunk:
 
 rule scans:
     input:
-        again("tables/scans.parquet"),
+        force_outdated("tables/scans.parquet"),
         chunks=expand(rules.scan_chunk.output.steps, scan_chunk=STUDY.scan_chunks),
     output:
         f"{RESULTS}/tables/scans.parquet",
@@ -100,7 +102,7 @@ rule scans:
     params:
         table="scans",
         chunk_parts=list(map(STUDY.scan_chunk_part, STUDY.scan_chunks)),
-        study_part=STUDY.part("scans"),
+        study_part=STUDY.study_part("scans"),
         code=SCANNING_CODE,
     message:
         "joining the steps of all scans into one table"
@@ -110,7 +112,7 @@ rule scans:
 
 rule periods:
     input:
-        again("tables/periods.parquet"),
+        force_outdated("tables/periods.parquet"),
         chunks=expand(rules.scan_chunk.output.periods, scan_chunk=STUDY.scan_chunks),
     output:
         f"{RESULTS}/tables/periods.parquet",
@@ -125,7 +127,7 @@ rule periods:
     params:
         table="periods",
         chunk_parts=list(map(STUDY.scan_chunk_part, STUDY.scan_chunks)),
-        study_part=STUDY.part("periods"),
+        study_part=STUDY.study_part("periods"),
         code=SCANNING_CODE,
     message:
         "joining the periods of all scans into one table"
@@ -135,7 +137,7 @@ rule periods:
 
 rule reading_chunk:
     input:
-        again("reading_chunks/{reading_chunk}.parquet"),
+        force_outdated("reading_chunks/{reading_chunk}.parquet"),
     output:
         f"{RESULTS}/reading_chunks/{{reading_chunk}}.parquet",
     log:
@@ -163,7 +165,7 @@ rule reading_chunk:
 
 rule friction:
     input:
-        again("tables/friction.parquet"),
+        force_outdated("tables/friction.parquet"),
         chunks=expand(rules.reading_chunk.output, reading_chunk=STUDY.reading_chunks),
     output:
         f"{RESULTS}/tables/friction.parquet",
@@ -178,7 +180,7 @@ rule friction:
     params:
         table="friction",
         chunk_parts=list(map(STUDY.reading_chunk_part, STUDY.reading_chunks)),
-        study_part=STUDY.part("friction"),
+        study_part=STUDY.study_part("friction"),
         code=READING_CODE,
     message:
         "joining the readings of all recordings into one table"
@@ -188,7 +190,7 @@ rule friction:
 
 rule states:
     input:
-        again("tables/states.parquet"),
+        force_outdated("tables/states.parquet"),
     output:
         f"{RESULTS}/tables/states.parquet",
     log:
@@ -202,7 +204,7 @@ rule states:
         study=STUDY.name,
         states={name: state.params(STUDY.contact) for name, state in STUDY.states.items()},
         frequencies=STUDY.frequencies,
-        study_part=STUDY.part("states"),
+        study_part=STUDY.study_part("states"),
         code=SOLVING_CODE,
     message:
         "solving single states"
@@ -212,7 +214,7 @@ rule states:
 
 rule comparisons:
     input:
-        again("tables/comparisons.parquet"),
+        force_outdated("tables/comparisons.parquet"),
     output:
         f"{RESULTS}/tables/comparisons.parquet",
     log:
@@ -227,7 +229,7 @@ rule comparisons:
     params:
         study=STUDY.name,
         comparisons={name: one.axes for name, one in STUDY.comparisons.items()},
-        study_part=STUDY.part("comparisons"),
+        study_part=STUDY.study_part("comparisons"),
         code=SOLVING_CODE,
     message:
         "solving points in both kinds of contact"

@@ -1,6 +1,7 @@
 """Scans as tables: a row for each step of the clamp, and a row for each period of sticking."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Solver, TipMotion
-from vibrissa.scanning.cycles import move, stage_maker
+from vibrissa.scanning.cycles import Motion, move_as_far_as_possible, stage_maker
 from vibrissa.scanning.response import LOADS
 from vibrissa.scanning.scan import Outcome, Scan, TipPhase, TipSide
 from vibrissa.scanning.surfaces import Surface
@@ -26,6 +27,9 @@ from vibrissa.study.chunks import points_of
 from vibrissa.study.surfaces import Variant
 from vibrissa.tables.rows import table_of
 from vibrissa.tables.schemas import PERIODS, SCANS, SHAPE
+
+# Number of rods whose paths are kept for their scans in other steps, some hundred kilobytes each.
+KEPT_CURVES = 64
 
 
 class ScanTables(NamedTuple):
@@ -50,14 +54,14 @@ def computed_scans(
 ) -> Iterator[ScanTables]:
     """Compute the scans of a chunk one after the other, and yield the rows of each.
 
-    The other arguments are those of `vibrissa.study.scans.ScanChunk`.
+    The other arguments are those of `vibrissa.study.scans.ScanChunk`. The friction is that of the
+    `surfaces`: a scan that states mu0 has a plane for each coefficient.
     """
-    made = [surface_of(variant) for variant in surfaces]
-    for rod in points_of(axes):
-        # Solved alone, as a command solves it: together with others it differs by rounding.
-        (curve,) = solve([rod], solver, retract=True)
-        for (variant, surface), law in product(zip(surfaces, made, strict=True), laws):
-            point = {**rod, **variant, **law}
+    described = [(variant, surface_of(variant)) for variant in surfaces]
+    for rod_and_step in points_of(axes):
+        curve = _curve_of(rod_and_step, solver)
+        for (variant, surface), law in product(described, laws):
+            point = {**rod_and_step, **variant, **law}
             scan = scan_of(point, curve, surface, to=to, cycles=cycles)
             print(scan_name, spelled(point), scan.status, scan.message)
             yield scan_tables(
@@ -70,6 +74,21 @@ def computed_scans(
                 each_step=each_step,
                 frequencies=solver.frequencies,
             )
+
+
+def _curve_of(rod_and_step: Mapping[str, Any], solver: SolverSettings) -> StickingCurve:
+    """Solve the path of a rod, or return it if scans of the rod in other steps had it solved."""
+    rod = dict(rod_and_step)
+    if not solver.method.by_step:
+        rod["dx0"] = None
+    return _kept_curve(tuple(rod.items()), solver)
+
+
+@lru_cache(KEPT_CURVES)
+def _kept_curve(rod: tuple[tuple[str, Any], ...], solver: SolverSettings) -> StickingCurve:
+    """Solve the path of a rod alone, as a command does: beside others it differs by rounding."""
+    (curve,) = solve([dict(rod)], solver, retract=True)
+    return curve
 
 
 def scan_of(
@@ -89,17 +108,14 @@ def scan_of(
     """
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
+    motion = Motion(
+        make_stage=stage_maker(curve),
+        surface=surface,
+        model=slip_model_of(point),
+        tip_radius=point.get("tip_radius", 0.0),
+    )
     try:
-        return move(
-            stage_maker(curve),
-            surface,
-            point["dx0"],
-            to=to,
-            cycles=cycles,
-            model=slip_model_of(point),
-            tip_radius=point.get("tip_radius", 0.0),
-            as_far=True,
-        )
+        return move_as_far_as_possible(motion, point["dx0"], to=to, cycles=cycles)
     except NoResponseError as error:
         return Scan.without_rows(Outcome.OUT_OF_REACH, str(error))
     except ArgumentError as error:
@@ -131,15 +147,18 @@ def scan_tables(
         Number of natural frequencies to compute at each step.
     """
     same = {
-        **{"study": study, "method": method, "scan": scan_name},
+        "study": study,
+        "method": method,
+        "scan": scan_name,
         **axis_columns(point),
-        **{"status": scan.status, "message": scan.message},
+        "status": scan.status,
+        "message": scan.message,
     }
+    if not len(scan):
+        return ScanTables(steps=_table(SCANS, same, {}), periods=_table(PERIODS, same, {}))
+    steps = _steps(scan, point, shapes, each_step, frequencies)
     return ScanTables(
-        steps=_table(
-            SCANS, same, _steps(scan, point, shapes, each_step, frequencies) if len(scan) else {}
-        ),
-        periods=_table(PERIODS, same, _periods(scan) if len(scan) else {}),
+        steps=_table(SCANS, same, steps), periods=_table(PERIODS, same, _periods(scan))
     )
 
 

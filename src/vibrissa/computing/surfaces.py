@@ -10,7 +10,8 @@ from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.textures import Texture
 from vibrissa.study.axes import FRICTION_AXES, LAW_AXES
-from vibrissa.study.surfaces import Variant, read_heights, read_profile
+from vibrissa.study.data_files import read_heights, read_profile
+from vibrissa.study.surfaces import Variant
 
 
 def surface_of(variant: Variant) -> Surface:

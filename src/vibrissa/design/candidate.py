@@ -26,7 +26,7 @@ from vibrissa.quantities.units import CHANNEL_KINDS, Kind
 from vibrissa.sensor.identification.parameters import SLOPE, Parameter, ScanRows
 from vibrissa.sensor.identification.propagation import step_deviation
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
-from vibrissa.sensor.identification.slips import FALL
+from vibrissa.sensor.identification.slips import SLIP_FALL
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.tolerances import assumed_tolerances
 from vibrissa.sensor.transducer import CHANNELS
@@ -131,7 +131,7 @@ def _limits(
     fall = np.ptp(pair.response.reactions([0.0, shortest]), axis=0)
     seen = (FORCES[0], MOMENT)
     fx, m = (fall[i] * units[CHANNEL_KINDS[i]] / r.noise[i] for i in seen)
-    yield Limit("slips", np.hypot(fx, m) / FALL, CLEARLY, upper=False)
+    yield Limit("slips", np.hypot(fx, m) / SLIP_FALL, CLEARLY, upper=False)
     yield Limit("spacing", pair.longest * length, r.spacing, Kind.LENGTH)
 
 

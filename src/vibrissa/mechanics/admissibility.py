@@ -29,35 +29,37 @@ from vibrissa.numerics.spectral import gauss_rule, legendre_series
 from vibrissa.outcomes import Contact
 
 # Rounding error of a clearance (L): a shape is inadmissible if a clearance is below minus this.
-TOLERANCE = 1e-12
+CLEARANCE_TOLERANCE = 1e-12
 # Slope (rad) up to which a tip counts as level. The part of the rod that then passes through the
-# surface is far smaller than `TOLERANCE`.
+# surface is far smaller than `CLEARANCE_TOLERANCE`.
 LEVEL_SLOPE = 1e-9
-# NEAR: how much larger than at the nodes (rad) the slope may be between them. APART: distance (L)
-# beyond which two parts of a shape are far from each other.
-NEAR, APART = 0.05, 0.03
+# How much larger the slope may be between the nodes than at them (rad).
+SLOPE_BETWEEN_NODES = 0.05
+# Distance beyond which two parts of a shape are far from each other (L).
+FAR_APART = 0.03
 # Smallest slope (rad) at the nodes of a curved rod that excludes a negative slope between them.
-NEARLY_LEVEL = 0.002
+POSITIVE_SLOPE = 0.002
 # Fewest nodes on which a shape is examined closely.
-CLOSE_LOOK = 64
+FEWEST_CLOSE_NODES = 64
 # Further places to examine, as distances (τ) from the tip: a curved rod may form arches there.
 NEXT_TO_TIP = np.geomspace(1e-6, 0.03, 48)
 # A rod must turn by more than half a circle to cross itself; one that turns by less than this (rad)
 # is far from doing so.
 HALF_TURN = np.pi - 0.3
 # Step, in nodes, between the places that are compared to find where a rod comes near itself.
-STRIDE = 2
+COMPARED_STRIDE = 2
 # Number of rods whose places are compared together; the arrays fit into the cache.
 COMPARED_AT_ONCE = 64
 # Fractions of the tail at which its height is examined.
-TAIL = np.linspace(0.0, 1.0, 17)[1:]
+TAIL_FRACTIONS = np.linspace(0.0, 1.0, 17)[1:]
 # Fractions of the tail that are compared to find where a rod comes near itself.
-TAIL_LOOKS = np.linspace(0.0, 1.0, 65)[1:]
-# Newton's search for the nearest parts of a rod: number of steps, largest step (τ), step below
-# which the search has converged, and step at which it stops.
-NEWTON_STEPS, LONGEST_STEP, CONVERGED, ROUNDING = 12, 0.05, 1e-8, 1e-13
+COMPARED_TAIL_FRACTIONS = np.linspace(0.0, 1.0, 65)[1:]
+# Newton's search for the nearest parts of a rod: its largest number of steps, and the longest step.
+NEWTON_STEPS, LONGEST_STEP = 12, 0.05
+# Last step below which the search has converged, and step at which it stops (τ).
+CONVERGED_STEP, ROUNDED_STEP = 1e-8, 1e-13
 
-BELOW = "the rod dips below the level of its clamp"
+BELOW_CLAMP = "the rod dips below the level of its clamp"
 CROSSES_SURFACE = "the rod crosses the surface away from its contact point"
 CROSSES_ITSELF = "the rod crosses itself"
 
@@ -102,20 +104,22 @@ class Clearance(Batch):
     def reasons(self, row: int) -> str:
         """State why the shape in a row is inadmissible; empty if it is admissible."""
         limits = {
-            BELOW: np.minimum(self.start, self.clamp),
+            BELOW_CLAMP: np.minimum(self.start, self.clamp),
             CROSSES_SURFACE: self.surface,
             CROSSES_ITSELF: self.itself,
         }
-        return "; ".join(reason for reason, c in limits.items() if c[row] < -TOLERANCE)
+        return "; ".join(reason for reason, c in limits.items() if c[row] < -CLEARANCE_TOLERANCE)
 
 
 # Clearances that must not be negative in the two models of contact: where only the tip may touch
 # the surface, the rest of the rod may pass through it.
-ALL = ("start", "clamp", "surface", "itself")
-LIMITS = {Contact.POINT: ("start", "clamp", "itself"), Contact.LINE: ALL}
+ALL_CLEARANCES = ("start", "clamp", "surface", "itself")
+LIMITING_CLEARANCES = {Contact.POINT: ("start", "clamp", "itself"), Contact.LINE: ALL_CLEARANCES}
 
 
-def clearances(states: RodStates, eta: FloatArray, wanted: Collection[str] = ALL) -> Clearance:
+def clearances(
+    states: RodStates, eta: FloatArray, wanted: Collection[str] = ALL_CLEARANCES
+) -> Clearance:
     """Measure how far rods are from their clamps, from their surfaces and from themselves.
 
     Parameters
@@ -145,9 +149,10 @@ def clearances(states: RodStates, eta: FloatArray, wanted: Collection[str] = ALL
         if "clamp" in wanted:
             clamp = np.where(states.line, eta + up.min(axis=1), np.inf)
     # Where the slope stays between 0 and π, the rod rises all the way: all clearances are large.
-    near = np.flatnonzero((high > np.pi - NEAR) | (low < NEARLY_LEVEL * curved) | curls)
+    rising = POSITIVE_SLOPE if curved else 0.0
+    near = np.flatnonzero((high > np.pi - SLOPE_BETWEEN_NODES) | (low < rising) | curls)
     if len(near):
-        some = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
+        some = states.take(near).on_nodes(max(FEWEST_CLOSE_NODES, 2 * states.nodes))
         shapes = _Shapes.of(some, with_tail=bool(curls.any()))
         if "clamp" in wanted:
             clamp[near] = np.minimum(clamp[near], shapes.extreme(lowest=True))
@@ -162,9 +167,9 @@ def clearances(states: RodStates, eta: FloatArray, wanted: Collection[str] = ALL
 
 
 def _tail(states: RodStates) -> Tail:
-    """Natural shapes of the tails beyond the contact points, at the fractions `TAIL`."""
-    start = np.broadcast_to(states.s_c[:, None], (len(states), len(TAIL)))
-    return tail(states.curvature, start, start + TAIL * (1.0 - start))
+    """Natural shapes of the tails beyond the contact points, at the fractions `TAIL_FRACTIONS`."""
+    start = np.broadcast_to(states.s_c[:, None], (len(states), len(TAIL_FRACTIONS)))
+    return tail(states.curvature, start, start + TAIL_FRACTIONS * (1.0 - start))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -278,9 +283,9 @@ class _Shapes(Batch):
         Only parts between which the rod turns by more than `HALF_TURN` are compared. If there are
         none, the distance is infinite.
         """
-        tau = np.append(gauss_rule(self.slope.shape[1]).nodes[::STRIDE], 1.0)
+        tau = np.append(gauss_rule(self.slope.shape[1]).nodes[::COMPARED_STRIDE], 1.0)
         if self.curvature.shape[1]:
-            tau = np.append(tau, 1.0 + TAIL_LOOKS)
+            tau = np.append(tau, 1.0 + COMPARED_TAIL_FRACTIONS)
         seen = self.at(tau[None])
         found, start = np.full(len(self), np.inf), np.zeros((len(self), 2))
         turning = np.flatnonzero(np.ptp(seen.phi, axis=1) > HALF_TURN)
@@ -298,7 +303,7 @@ class _Shapes(Batch):
             found[turning[part]] = np.sqrt(square.min(axis=1))
             one, other = np.divmod(pair, len(high))
             start[turning[part]] = np.stack([tau[low[one]], tau[high[other]]], axis=1)
-        near = np.flatnonzero(found < APART)
+        near = np.flatnonzero(found < FAR_APART)
         if len(near):
             close = self.take(near)
             exact = np.fmin(*(close.nearest(start[near], tip=tip) for tip in (False, True)))
@@ -327,12 +332,12 @@ class _Shapes(Batch):
             # Where the matrix is singular the parts are parallel: any step will do.
             step = np.matvec(np.linalg.pinv(matrix), miss)
             tau = np.clip(tau - np.clip(step, -LONGEST_STEP, LONGEST_STEP), 0.0, self.end)
-            if (np.abs(step) < ROUNDING).all():
+            if (np.abs(step) < ROUNDED_STEP).all():
                 break
         turn = place.phi[:, 1] - place.phi[:, 0]
-        found = (np.abs(step).max(axis=1) < CONVERGED) & (np.abs(turn) > HALF_TURN)
+        found = (np.abs(step).max(axis=1) < CONVERGED_STEP) & (np.abs(turn) > HALF_TURN)
         # Parts that cross have no distance: the sine of the angle measures how far they overlap.
-        crosses = (np.hypot(*way.T) < TOLERANCE) & (tau.max(axis=1) < self.end)
+        crosses = (np.hypot(*way.T) < CLEARANCE_TOLERANCE) & (tau.max(axis=1) < self.end)
         gap = np.where(crosses, -np.abs(np.sin(turn)), np.sign(turn) * lever[:, 0])
         return np.where(found, gap, np.nan)
 

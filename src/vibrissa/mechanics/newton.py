@@ -17,7 +17,7 @@ STATES_AT_ONCE = 256
 # Ratio of a correction to the previous one above which the inverse Jacobian is computed anew.
 GOOD_CONTRACTION = 0.3
 # On many nodes, corrections below this may be rounding errors.
-ROUNDING = 1e-9
+ROUNDED_CORRECTION = 1e-9
 
 
 class Solution(NamedTuple):
@@ -105,7 +105,7 @@ def _iterated(
         shrunk = size / previous[every]
         previous[every] = size
         # Near rounding error, corrections do not shrink any more.
-        done = (size < tolerance) | ((size < ROUNDING) & (shrunk > 0.5))
+        done = (size < tolerance) | ((size < ROUNDED_CORRECTION) & (shrunk > 0.5))
         converged[active[done]] = True
         goes_on = ~done & np.isfinite(size)
         slow = active[goes_on & ~(shrunk < GOOD_CONTRACTION)]

@@ -34,11 +34,11 @@ from vibrissa.outcomes import TipMotion
 # Fewest nodes along the rod, and further nodes for each frequency and for each unit of taper.
 FEWEST_NODES, NODES_EACH, NODES_TAPER = 24, 4, 1
 # The eigenvalues computed are 1/(ω² + SHIFT), which are finite at the limit of stability. Where ω²
-# is below −SHIFT, the shift is multiplied by MORE.
-SHIFT, MORE = 1.0, 16.0
+# is below −SHIFT, the shift is multiplied by SHIFT_GROWTH.
+SHIFT, SHIFT_GROWTH = 1.0, 16.0
 # A condition at the contact point that is smaller is rounding: the height of an upright rod does
 # not change.
-NOTHING = 1e-12
+ROUNDED_CONDITION = 1e-12
 
 
 def natural_frequencies(
@@ -225,7 +225,7 @@ def _natural_turn(states: RodStates, s: FloatArray) -> FloatArray:
 
 def _least_squares(forms: _Forms, count: int) -> FloatArray:
     """Least stationary values of stiff/mass among the unknowns for which `held` vanishes."""
-    held = forms.held[np.abs(forms.held).max(axis=1) > NOTHING]
+    held = forms.held[np.abs(forms.held).max(axis=1) > ROUNDED_CONDITION]
     basis = np.linalg.qr(held.T, mode="complete")[0][:, len(held) :]
     stiff, mass = (basis.T @ form @ basis for form in (forms.stiff, forms.mass))
     shift = SHIFT
@@ -233,7 +233,7 @@ def _least_squares(forms: _Forms, count: int) -> FloatArray:
         try:
             lower = np.linalg.cholesky(stiff + shift * mass)
         except np.linalg.LinAlgError:
-            shift *= MORE
+            shift *= SHIFT_GROWTH
             continue
         half = np.linalg.solve(lower, mass)
         inverse = np.linalg.eigvalsh(np.linalg.solve(lower, half.T))[::-1][:count]

@@ -7,12 +7,12 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray
 
 # Steps before the first check of convergence, and between later checks.
-FIRST_LOOK, LOOKS = 8, 2
+FIRST_CHECK, STEPS_BETWEEN_CHECKS = 8, 2
 # Change between two checks below which an eigenvalue is accepted. Convergence is so fast that its
 # error is then a hundredth of this.
-CHANGE = 1e-9
+ACCEPTED_CHANGE = 1e-9
 # Length below which a vector consists of rounding errors.
-NOTHING = 1e-14
+ROUNDED_LENGTH = 1e-14
 
 
 def smallest_eigenvalue(
@@ -54,9 +54,10 @@ def smallest_eigenvalue(
         known[first + step - 1] = vector
         image = operator(vector)
         diagonal.append(_product(vector, image))
-        if step == len(start) or (step >= FIRST_LOOK and (step - FIRST_LOOK) % LOOKS == 0):
+        checks = step >= FIRST_CHECK and (step - FIRST_CHECK) % STEPS_BETWEEN_CHECKS == 0
+        if checks or step == len(start):
             before, smallest = smallest, _smallest(np.array(diagonal), np.array(beside))
-            if not (np.abs(smallest - before) > CHANGE).any():
+            if not (np.abs(smallest - before) > ACCEPTED_CHANGE).any():
                 break
         # Twice: what is left of an operator that has converged is small beside what is taken away,
         # and after one pass its rounding errors would leave the subspace.
@@ -88,7 +89,7 @@ def _orthogonal(vectors: FloatArray, units: FloatArray) -> FloatArray:
 
 def _unit(vectors: FloatArray) -> FloatArray:
     length = np.sqrt(_product(vectors, vectors))
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > NOTHING)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > ROUNDED_LENGTH)
 
 
 def _product(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -18,15 +18,18 @@ NEWTON_STEPS, MOST_STEPS = 12, 70
 NEWTON_TOLERANCE = 1e-9
 # Newton step, relative to the bracket, that ends the iteration if it is more than half as long as
 # the step before: then it is rounding error, which may be large beside a narrow bracket.
-ROUNDED = 1e-6
-# Half of the distance over which a function is computed around its approximate root, and largest
-# difference of the roots of a cubic and of a line there without a kink; both as parts of a bracket.
-NEAR, KINK = 1e-4, 1e-10
+ROUNDED_STEP = 1e-6
+# Half of the distance over which a function is computed around its approximate root, as a part of a
+# bracket.
+NEAR_ROOT = 1e-4
+# Largest difference of the roots of a cubic and of a line there, if the function has no kink, as a
+# part of a bracket.
+SMOOTH_DIFFERENCE = 1e-10
 # Largest number of cubics that lead to closer samples.
-CUBICS = 3
+MOST_CUBICS = 3
 # Imaginary part below which a root of a polynomial on [0, 1] is taken as real, because rounding
 # splits a double root into a complex pair.
-REAL = 1e-7
+REAL_ROOT = 1e-7
 
 
 def bracketed_root(
@@ -63,7 +66,7 @@ def bracketed_root(
         length = np.abs(step)
         found = length < NEWTON_TOLERANCE * width[lost]
         if step_number < NEWTON_STEPS:
-            found |= (length < ROUNDED * width[lost]) & (length > 0.5 * before[lost])
+            found |= (length < ROUNDED_STEP * width[lost]) & (length > 0.5 * before[lost])
             before[lost] = length
         # Where Newton's iteration has not converged, the bracket is halved.
         if step_number >= NEWTON_STEPS:
@@ -107,15 +110,15 @@ def sampled_root(
     around = slice(max(last - 1, 0), last + 3)
     if not _falls(values[around]):
         around = slice(last, last + 2)
-    near = width * NEAR * np.array([-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0])
+    near = width * NEAR_ROOT * np.array([-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0])
     x, y = places[around], values[around]
-    for closer in range(CUBICS + 1):
+    for closer in range(MOST_CUBICS + 1):
         if not _falls(y):
             break
         root = _root_of_cubic(x, y)
         if closer and low <= root <= high:
             line = (x[1] * y[2] - x[2] * y[1]) / (y[2] - y[1])
-            if abs(root - line) < KINK * (high - low):
+            if abs(root - line) < SMOOTH_DIFFERENCE * (high - low):
                 return root
         # The function may not be known beyond its samples.
         x = np.clip(root + near, low, high)
@@ -216,7 +219,7 @@ def _parts(function: "BPoly", piece: int) -> tuple[FloatArray, BoolArray]:
     # Coefficients in powers of the fraction of the piece, highest power first.
     power = [comb(degree, k) * np.diff(bernstein, k)[0] for k in range(degree, -1, -1)]
     roots = np.roots(power)
-    real = roots.real[np.abs(roots.imag) < REAL]
+    real = roots.real[np.abs(roots.imag) < REAL_ROOT]
     fractions = np.concatenate([[0.0], np.sort(real[(real > 0.0) & (real < 1.0)]), [1.0]])
     low, high = function.x[piece : piece + 2]
     falls = np.polyval(power, 0.5 * (fractions[1:] + fractions[:-1])) <= 0.0

@@ -90,7 +90,7 @@ def outdated(folder: Path, study: Study) -> dict[Path, str]:
     TableError
         If a table cannot be read although it may be sound.
     """
-    parts = {f"tables/{name}.parquet": study.part(name) for name in study.tables}
+    parts = {f"tables/{name}.parquet": study.study_part(name) for name in study.tables}
     found = dict(_outdated_tables(folder, parts))
     joined = folder / "tables/stiction.parquet"
     if joined in found or not joined.is_file():

@@ -10,7 +10,7 @@ from vibrissa.errors import VibrissaError
 from vibrissa.quantities.units import Kind
 from vibrissa.readings.reading import Stated
 from vibrissa.study.axes import MOUNTING_AXES
-from vibrissa.study.surfaces import HEIGHTS
+from vibrissa.study.surfaces import HEIGHT_KEYS
 
 # Without a stated yield strain the rod may be strained as much as it likes.
 ANY_STRAIN = 1.0
@@ -23,7 +23,7 @@ def predicted_of(point: Mapping[str, Any], stated: Stated) -> float:
     takes the law ``free``, and 30 periods in a recording.
     """
     mu0 = point.get("mu0", point.get("mean"))
-    uneven = any(key.split("_")[0] in HEIGHTS for key in point)
+    uneven = any(key.split("_")[0] in HEIGHT_KEYS for key in point)
     if mu0 is None or uneven or any(point[name] for name in MOUNTING_AXES):
         return np.nan
     rod = stated.rod

@@ -30,8 +30,8 @@ from vibrissa.scanning.textures import Texture
 from vibrissa.sticking.api import check_surface
 from vibrissa.sticking.curve import StickingCurve
 
-# Share of steps that a path has beyond those expected to suffice.
-SPARE = 1.25
+# Steps of a path, over those that are expected to suffice.
+SPARE_STEPS = 1.25
 
 
 class StageMaker(Protocol):
@@ -130,7 +130,6 @@ def move(
     cycles: int | None = None,
     model: SlipModel = FREE_SLIP,
     tip_radius: float = 0.0,
-    as_far: bool = False,
 ) -> Scan:
     """Move the clamp in equal steps, through turning points or until the tip has slipped.
 
@@ -149,32 +148,53 @@ def move(
         Where a slip ends.
     tip_radius : float
         Radius of a ball at the tip, which traces the heights of the surface (L).
-    as_far : bool
-        Whether to return the scan up to where the rod comes to a distance without states, or the
-        tip to an unknown part of the surface; else that is an error.
 
     Raises
     ------
     ArgumentError
         If an argument is out of range, or the tip leaves the known part of the surface.
     NoResponseError
-        If the turning points take the rod to distances at which its states are not known; with
-        `as_far`, if the first step does.
+        If the turning points take the rod to distances at which its states are not known.
     """
-    if (to is None) == (cycles is None):
-        raise ArgumentError("a scan needs either 'to' or 'cycles'")
     motion = Motion(make_stage=make_stage, surface=surface, model=model, tip_radius=tip_radius)
+    _check_end(to, cycles)
+    if cycles is not None:
+        return until_slips(motion, exact(step), cycles)
+    return motion.scan(path(step, to or ()))
+
+
+def move_as_far_as_possible(
+    motion: "Motion",
+    step: Decimal | float | str,
+    *,
+    to: Sequence[Decimal | float | str] | None = None,
+    cycles: int | None = None,
+) -> Scan:
+    """Move the clamp as `move` does, but return a scan that cannot go on, up to there.
+
+    It ends where the rod comes to a distance without states, or the tip to an unknown part of the
+    surface.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range.
+    NoResponseError
+        If the first step takes the rod to a distance at which its states are not known.
+    """
+    _check_end(to, cycles)
     try:
         if cycles is not None:
             return until_slips(motion, exact(step), cycles)
-        if as_far:
-            return as_far_as_possible(lambda turns: motion.scan(path(step, turns)), step, to or ())
-        return motion.scan(path(step, to or ()))
+        return longest_scan(lambda turns: motion.scan(path(step, turns)), step, to or ())
     except EndedScanError as error:
-        if not as_far:
-            raise
         found: Scan = error.scan
         return found
+
+
+def _check_end(to: Sequence[Decimal | float | str] | None, cycles: int | None) -> None:
+    if (to is None) == (cycles is None):
+        raise ArgumentError("a scan needs either 'to' or 'cycles'")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -183,8 +203,8 @@ class Motion:
 
     make_stage: StageMaker
     surface: Surface
-    model: SlipModel
-    tip_radius: float
+    model: SlipModel = FREE_SLIP
+    tip_radius: float = 0.0
 
     def scan(self, positions: FloatArray, slips: int | None = None) -> Scan:
         """Simulate a scan through positions of the clamp (L), or its first slips."""
@@ -225,10 +245,10 @@ def _more_steps(scan: Scan, steps: int, slips: int) -> int:
     # On an oblique stage a longer path takes the rod to more distances, which must be solved.
     if scan.stage is None or scan.stage.angle or not scan.slips:
         return least
-    return max(least, ceil(SPARE * steps * slips / scan.slips))
+    return max(least, ceil(SPARE_STEPS * steps * slips / scan.slips))
 
 
-def as_far_as_possible(
+def longest_scan(
     scan: Callable[[Sequence[Decimal]], Scan],
     step: Decimal | float | str,
     to: Sequence[Decimal | float | str],
@@ -254,7 +274,8 @@ def as_far_as_possible(
         return scan(turns)
     except NoResponseError as error:
         reason = error
-    known, unknown = 0, sum(int(abs(b - a) / size) for a, b in pairwise([exact(0), *turns]))
+    ways = [abs(end - begin) for begin, end in pairwise([exact(0), *turns])]
+    known, unknown = 0, sum(int(way / size) for way in ways)
     found: Scan | None = None
     while unknown - known > 1:
         steps = (known + unknown) // 2

@@ -10,13 +10,13 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.response import States
 
 # Largest number of slips after which places may repeat, and how well they do (wavelengths).
-MOST_SLIPS, REPEATED = 6, 0.03
+MOST_SLIPS, SAME_PLACE = 6, 0.03
 # Fewest distances that are compared.
-COMPARED = 3
+FEWEST_DISTANCES = 3
 # Part of a scan that is left out, as its first slips depend on where it starts.
-TRANSIENT = 0.3
+TRANSIENT_PART = 0.3
 # Number of displacements at which a mobilised friction is sought.
-LOOKS = 257
+BRACKETING_DISPLACEMENTS = 257
 
 
 class Locking(NamedTuple):
@@ -38,14 +38,14 @@ def settled_rests(clamp: FloatArray, places: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray
-        Places after the slips with the clamp beyond `TRANSIENT` times its last position.
+        Places after the slips with the clamp beyond `TRANSIENT_PART` times its last position.
 
     Examples
     --------
     >>> print(settled_rests(np.array([0.1, 0.3, 0.5]), np.array([0.5, 0.7, 0.9])))
     [0.7 0.9]
     """
-    return places[clamp > TRANSIENT * clamp.max(initial=0.0)]
+    return places[clamp > TRANSIENT_PART * clamp.max(initial=0.0)]
 
 
 def locking_of(places: FloatArray, wavelength: float) -> Locking | None:
@@ -66,10 +66,10 @@ def locking_of(places: FloatArray, wavelength: float) -> Locking | None:
     """
     for slips in range(1, MOST_SLIPS + 1):
         distances = (places[slips:] - places[:-slips]) / wavelength
-        if len(distances) < COMPARED:
+        if len(distances) < FEWEST_DISTANCES:
             return None
         waves = round(float(distances.mean()))
-        if waves and np.abs(distances - waves).max() < REPEATED:
+        if waves and np.abs(distances - waves).max() < SAME_PLACE:
             return Locking(slips=slips, waves=waves)
     return None
 
@@ -107,7 +107,7 @@ def travel_on_slope(states: States, mu0: float, slope: float, mu_rest: float = 0
     def reached(mu: float) -> float:
         wanted = np.tan(np.arctan(mu) + np.arctan(slope))
         # At the end of pulling the normal force may vanish.
-        x0 = np.linspace(float(states.x0_pull), float(states.x0_lock), LOOKS)
+        x0 = np.linspace(float(states.x0_pull), float(states.x0_lock), BRACKETING_DISPLACEMENTS)
         below = states.demand(x0) < wanted
         rises = np.flatnonzero(below[:-1] & ~below[1:])
         if not len(rises):

@@ -27,7 +27,7 @@ from vibrissa.sticking.piece import Pieces, StickingState
 LOADS = ("reaction_fx", "reaction_fy", "reaction_m")
 TIP_ANGLE = ("phi1",)
 # Pieces that are not longer are left out: in rounded numbers they have no inside (L).
-SHORTEST = 1e-8
+SHORTEST_PIECE = 1e-8
 # Least normal force that is not 0 (E·I0/L²).
 LEAST_FORCE = 1e-9
 
@@ -141,14 +141,14 @@ class Response(States):
     def pieces(self) -> Pieces:
         """Pieces of the curve in the order of x0, those of the retraction first."""
         pieces = Pieces.concatenate([self.curve.retraction, self.curve.pieces])
-        pieces = pieces.take(pieces.last_x0 - pieces.first_x0 > SHORTEST)
+        pieces = pieces.take(pieces.last_x0 - pieces.first_x0 > SHORTEST_PIECE)
         turn = int(pieces.samples.x0[0].argmin())
         if turn == 0:
             return pieces
         # The retraction was followed a little past a limit point, where x0 turns.
         first, others = pieces.take(slice(1)), pieces.take(slice(1, None))
         begin = pieces.sample_places[:1, turn]
-        return Pieces.concatenate([first.part(begin, first.stop), others])
+        return Pieces.concatenate([first.cut_to(begin, first.stop), others])
 
     @cached_property
     def x0_pull(self) -> float:

@@ -40,11 +40,12 @@ KNOTS = 641
 FRACTIONS = np.linspace(0.0, 1.0, KNOTS)
 # Largest error of interpolated reactions, as a part of the largest reaction, and the error of an
 # end of sticking that follows from it (L).
-EXACT = 1e-8
+INTERPOLATION_ERROR = 1e-8
 # Largest width of a slim part, as a part of the gap to an upright rod.
 SLIM_GAP = 0.05
-# Widest and narrowest part of a range, width of a slim one, and least and largest distance (L).
-WIDEST, NARROWEST, SLIM = 0.05, 2e-4, 0.004
+# Width of the widest and of the narrowest part of a range, and of a slim one (L).
+WIDEST_PART, NARROWEST_PART, SLIM_PART = 0.05, 2e-4, 0.004
+# Least and largest clamp–surface distance at which a rod is solved (L).
 NEAREST, FARTHEST = 0.02, 0.9999
 # Number of parts of ranges of distances that are kept, a few megabytes each.
 KEPT_PARTS = 32
@@ -379,7 +380,7 @@ class StatesAtEta(States):
     x0_lock: FloatArray
     x0_end: FloatArray
     x1_init: FloatArray
-    accuracy: float = EXACT
+    accuracy: float = INTERPOLATION_ERROR
 
     @cached_property
     def bounds(self) -> FloatArray:
@@ -488,8 +489,8 @@ def respond_over(rod: MountedRod, low: float, high: float) -> ResponseOverEta:
     check_range(rod, low, high)
     _check_response(rod)
     edges = [low, high]
-    if high - low > SLIM:
-        down, up = np.arange(rod.eta, low, -WIDEST), np.arange(rod.eta, high, WIDEST)
+    if high - low > SLIM_PART:
+        down, up = np.arange(rod.eta, low, -WIDEST_PART), np.arange(rod.eta, high, WIDEST_PART)
         edges = np.unique([low, *down, *up, high]).tolist()
     parts = [part for ends in pairwise(edges) for part in _parts(rod, *ends)]
     return ResponseOverEta(parts=tuple(parts))
@@ -507,7 +508,7 @@ def _parts(rod: MountedRod, low: float, high: float) -> list[EtaPart]:
         return [interpolated(rod, low, high)]
     except NoResponseError as error:
         middle = 0.5 * (low + high)
-        if middle - low < NARROWEST:
+        if middle - low < NARROWEST_PART:
             least, most = map(rod.spell, (low, high))
             raise NoResponseError(
                 f"the stage takes the clamp to distances from {least} to {most}, where the "
@@ -518,7 +519,7 @@ def _parts(rod: MountedRod, low: float, high: float) -> list[EtaPart]:
 
 @lru_cache(KEPT_PARTS)
 def interpolated(rod: MountedRod, low: float, high: float) -> EtaPart:
-    """Interpolate the responses of a rod between two distances, with an error below `EXACT`.
+    """Interpolate the responses of a rod between two distances, within `INTERPOLATION_ERROR`.
 
     Raises
     ------
@@ -527,7 +528,7 @@ def interpolated(rod: MountedRod, low: float, high: float) -> EtaPart:
         is larger.
     """
     # Near an upright rod, at η = 1, forces are singular: there no part is slim.
-    slim = min(SLIM, SLIM_GAP * (1.0 - high))
+    slim = min(SLIM_PART, SLIM_GAP * (1.0 - high))
     count = NODES if high - low > slim else FEW_NODES
     nodes = low + (high - low) * chebyshev_nodes(count)
     # The interpolation is compared with the response at a distance between the nodes.
@@ -542,7 +543,7 @@ def interpolated(rod: MountedRod, low: float, high: float) -> EtaPart:
         )
     bounds = np.array([one.bounds for one in solved])
     found = EtaPart(low=low, high=high, branches=tuple(solved), bounds=bounds)
-    if not agrees(ResponseOverEta(parts=(found,)).states(between), unseen, EXACT):
+    if not agrees(ResponseOverEta(parts=(found,)).states(between), unseen, INTERPOLATION_ERROR):
         raise NoResponseError("the reactions cannot be interpolated accurately between them")
     return found
 

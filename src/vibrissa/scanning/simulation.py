@@ -7,7 +7,7 @@ laterally. After that the clamp drags the tip: the states of the rod are mirror 
 which the tip is ahead of the clamp.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError, EndedScanError
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.scanning import messages
 from vibrissa.scanning.periods import EndsBy, PeriodEnd
 from vibrissa.scanning.response import Response
 from vibrissa.scanning.scan import Outcome, Scan, TipPhase, TipSide
@@ -24,41 +25,6 @@ from vibrissa.scanning.slip_model import FREE_SLIP, SlipModel
 from vibrissa.scanning.stage import Stage
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.scanning.tip import ClampPath, EndOfSticking, Margin, Tip
-from vibrissa.wording import counted
-
-LOCKS = "the tip locks at x = {x}, where mu0 = {mu0:.6g}{slope} and mu_lock = {mu_lock:.6g}; "
-SLOPE = " on a slope of {angle:.4g} deg"
-SWINGS = (
-    LOCKS + "with the clamp at {clamp} the rod buckles laterally, and its tip is dragged behind"
-)
-STAYS = LOCKS + (
-    "pushed further, it sticks until the clamp is at {clamp}; the motion after that is not computed"
-)
-LOST = (
-    "the slip from x = {x}, with the clamp at {clamp}, releases so much energy that the tip lifts "
-    "off the surface, or the rod is bent beyond its computed states"
-)
-LOST_ON_TEXTURE = {
-    Lost.LIFTS: (
-        "in the slip from x = {x}, with the clamp at {clamp}, the tip lifts off the surface at "
-        "x = {at}, and nowhere ahead does the surface push it"
-    ),
-    Lost.BENT: (
-        "in the slip from x = {x}, with the clamp at {clamp}, the rod comes to the end of its "
-        "computed states at x = {at}"
-    ),
-    Lost.DEEP: (
-        "in the slip from x = {x}, with the clamp at {clamp}, the tip comes at x = {at} to a "
-        "height that the rod does not reach"
-    ),
-}
-LEAVES = (
-    "with the clamp at {clamp}, the tip at x = {x} comes to a height that the rod does not reach"
-)
-FLIES = (
-    "{times} in a slip the tip lifts off, first at x = {lifts}; the flight is not computed, and "
-    "the tip is taken to land where the surface pushes it again, first at x = {lands}"
-)
 
 
 def simulate(
@@ -99,7 +65,9 @@ def simulate(
     if isinstance(stage, Response):
         stage = Stage(response=stage, eta=stage.curve.eta)
     _check_states(stage, surface, positions, model)
-    course = _Course(stage=stage, surface=surface, model=model, path=ClampPath.through(positions))
+    course = _Course(
+        stage=stage, surface=surface, model=model, clamp_path=ClampPath.through(positions)
+    )
     clamp = float(positions[0])
     contact = stage.at(clamp).contact(float(stage.along(clamp)), 0.0, 1)
     # At first no tangential force acts, as after a slip that ends where no friction is needed.
@@ -109,7 +77,10 @@ def simulate(
         return Scan.without_rows(end.outcome, end.message)
     footing = surface.footing(start.contact, 1)
     first = Tip(stage=stage, footing=footing, clamp=clamp, x0_rest=start.x0)
-    tips, periods, flights, buckles = [first], list[PeriodEnd](), list(start.flights), ""
+    tips = [first]
+    periods: list[PeriodEnd] = []
+    flights = list(start.flights)
+    buckling = ""
     tip: Tip | None = first
     end = _End(outcome=Outcome.COMPLETE)
     # Each period but the last one ends with a slip, after which the tip sticks at another place.
@@ -120,12 +91,13 @@ def simulate(
         if following.tip is not None:
             tips.append(following.tip)
         flights += following.flights
-        buckles = buckles or following.buckles
+        buckling = buckling or following.buckling
         end, tip = following.end, following.tip
     # After the last of `slips` slips the scan has one more row.
     steps = periods[-1].stop if tip is None else tip.begin + 1
-    text = "; ".join(filter(None, (buckles, _flown(flights, surface.spell), end.message)))
-    scan = _assembled(tips, tuple(periods), positions[:steps], end.outcome, text)
+    texts = (buckling, messages.of_flights(flights, surface), end.message)
+    message = "; ".join(filter(None, texts))
+    scan = _assembled(tips, tuple(periods), positions[:steps], end.outcome, message)
     if end.error is not None:
         raise EndedScanError(str(end.error), scan)
     return scan
@@ -173,15 +145,15 @@ class _Following(NamedTuple):
         How the scan ends, if it does.
     flights : tuple of Flight
         Flights of the tip in its slip.
-    buckles : str
-        Says where the rod buckles laterally.
+    buckling : str
+        Message where the rod buckles laterally; empty if it does not.
     """
 
     tip: Tip | None = None
     period: PeriodEnd | None = None
     end: _End = _End(outcome=Outcome.COMPLETE)
     flights: tuple[Flight, ...] = ()
-    buckles: str = ""
+    buckling: str = ""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -191,7 +163,7 @@ class _Course:
     stage: Stage
     surface: Surface
     model: SlipModel
-    path: ClampPath
+    clamp_path: ClampPath
 
     def slip(self, clamp: float, side: int) -> Slip:
         """Return a slip with the clamp at a position (L)."""
@@ -201,15 +173,14 @@ class _Course:
 
     def after(self, tip: Tip) -> _Following:
         """Find where a tip no longer sticks, and what follows there."""
-        sticking = tip.sticks_until(self.path)
-        if sticking.stop == len(self.path):
+        sticking = tip.sticks_until(self.clamp_path)
+        if sticking.stop == len(self.clamp_path):
             return _Following(period=_period(tip, sticking, EndsBy.PATH))
         leaving = tip.exit(sticking.until)
         if leaving.margin is Margin.END and self.stage.response.swings:
             return self._after_buckling(tip, sticking)
         if leaving.margin is Margin.REACH:
-            spell = self.surface.spell
-            message = LEAVES.format(x=spell(tip.contact), clamp=spell(sticking.until))
+            message = messages.of_height_out_of_reach(tip, sticking, self.surface)
             end = _End(outcome=Outcome.OUT_OF_REACH, message=message)
             return _Following(period=_period(tip, sticking, EndsBy.UNKNOWN), end=end)
         response = self.stage.response
@@ -217,7 +188,9 @@ class _Course:
             end = _End(outcome=Outcome(response.curve.status), message=response.curve.message)
             return _Following(period=_period(tip, sticking, EndsBy.UNKNOWN), end=end)
         if leaving.margin is Margin.END or (leaving.locked and leaving.margin is Margin.BACKWARD):
-            end = _End(outcome=Outcome.LOCK, message=self._locks(STAYS, tip, sticking, -1))
+            last = float(self.clamp_path.positions[sticking.stop - 1])
+            message = messages.of_locked_tip(tip, sticking, last, self.surface)
+            end = _End(outcome=Outcome.LOCK, message=message)
             return _Following(period=_period(tip, sticking, EndsBy.LOCK), end=end)
         # Friction is exceeded, or the clamp has pulled the rod to its last state.
         return self._after_slip(tip, sticking)
@@ -227,14 +200,16 @@ class _Course:
 
         On a surface with heights, where the tip alone touches, it stays at its place.
         """
-        contact, buckles = tip.contact, self._locks(SWINGS, tip, sticking, 0)
+        clamp = float(self.clamp_path.positions[sticking.stop])
+        buckling = messages.of_lateral_buckling(tip, sticking, clamp, self.surface)
+        contact = tip.contact
         if self.surface.texture is None:
             contact = 2.0 * float(self.stage.along(sticking.until)) - tip.contact
         try:
             footing = self.surface.footing(contact, -tip.side)
         except ArgumentError as error:
             period = _period(tip, sticking, EndsBy.UNKNOWN)
-            return _Following(period=period, end=_End.off_surface(error), buckles=buckles)
+            return _Following(period=period, end=_End.off_surface(error), buckling=buckling)
         swung = Tip(
             stage=self.stage,
             footing=footing,
@@ -244,11 +219,11 @@ class _Course:
             x0_rest=np.nan,
             slipped=False,
         )
-        return _Following(tip=swung, buckles=buckles)
+        return _Following(tip=swung, buckling=buckling)
 
     def _after_slip(self, tip: Tip, sticking: EndOfSticking) -> _Following:
         """Let the tip slip, with the clamp at the first step at which it does not stick."""
-        clamp = float(self.path.positions[sticking.stop])
+        clamp = float(self.clamp_path.positions[sticking.stop])
         period = _period(tip, sticking, EndsBy.SLIP)._replace(clamp=clamp)
         try:
             slip = self.slip(clamp, tip.side).follow(tip.contact)
@@ -274,41 +249,16 @@ class _Course:
         return _Following(tip=rests, period=period, flights=slip.flights)
 
     def lost(self, slip: SlipEnd, begin: float, clamp: float) -> _End:
-        """Say why a scan ends with a slip from the position `begin` (L) that is lost."""
+        """Return the end of a scan whose slip from the position `begin` (L) is lost."""
         assert slip.lost is not None
-        text = LOST if self.surface.texture is None else LOST_ON_TEXTURE[slip.lost]
-        x, at, position = map(self.surface.spell, (begin, slip.contact, clamp))
-        return _End(
-            outcome=Outcome.OUT_OF_REACH if slip.lost is Lost.DEEP else Outcome.LOST,
-            message=text.format(x=x, at=at, clamp=position),
-        )
-
-    def _locks(self, text: str, tip: Tip, sticking: EndOfSticking, steps: int) -> str:
-        """Complete a message about a locked tip.
-
-        It names the clamp position `steps` after the first step at which the tip does not stick.
-        """
-        spell, angle = self.surface.spell, np.degrees(np.arctan(tip.footing.ahead.slope))
-        return text.format(
-            x=spell(tip.contact),
-            mu0=tip.mu0,
-            slope=SLOPE.format(angle=angle) if angle else "",
-            mu_lock=tip.held(sticking.until).states.mu_lock,
-            clamp=spell(float(self.path.positions[sticking.stop + steps])),
-        )
+        message = messages.of_lost_slip(slip.lost, begin, slip.contact, clamp, self.surface)
+        outcome = Outcome.OUT_OF_REACH if slip.lost is Lost.DEEP else Outcome.LOST
+        return _End(outcome=outcome, message=message)
 
 
 def _period(tip: Tip, sticking: EndOfSticking, ends_by: EndsBy) -> PeriodEnd:
     """Return the period of sticking that ends with a tip at its place."""
     return PeriodEnd(tip=tip, stop=sticking.stop, until=sticking.until, ends_by=ends_by)
-
-
-def _flown(flights: Sequence[Flight], spell: Callable[[float], str]) -> str:
-    """Say how often the tip has lifted off in slips."""
-    if not flights:
-        return ""
-    takes_off, lands = map(spell, flights[0])
-    return FLIES.format(times=counted(len(flights), "time"), lifts=takes_off, lands=lands)
 
 
 def _assembled(

@@ -18,7 +18,7 @@ from vibrissa.numerics.roots import first_fall, first_integral_fall
 from vibrissa.outcomes import SlipLaw
 from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.stage import Held, Stage
-from vibrissa.scanning.surfaces import Surface, nothing
+from vibrissa.scanning.surfaces import Surface, rounding_at
 from vibrissa.scanning.tip import ContactForces, contact_forces
 
 if TYPE_CHECKING:
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 Distance = TypeVar("Distance", float, FloatArray)
 
 # Relative error of a length by rounding.
-ROUNDED = 1e-9
+ROUNDED_PART = 1e-9
 # Cells in the first part of a slide in which its end is sought; the next ones end twice as far.
-CELLS = 20
+FIRST_CELLS = 20
 # No slide is longer (L).
-LONGEST = 2.0
+LONGEST_SLIDE = 2.0
 
 
 class Lost(StrEnum):
@@ -227,8 +227,8 @@ class Slide(RestingClamp):
             If the tip reaches an unknown part of the surface.
         """
         forces = None
-        for begin, end in pairwise(self._sought()):
-            part = self._followed(begin, end)
+        for begin, end in pairwise(self._part_ends()):
+            part = self._forces_up_to_unknown(begin, end)
             forces = part.forces if forces is None else forces.followed_by(part.forces)
             stop, takes_off = self._stopping_distance(forces), np.nan
             if self.surface.texture is not None:
@@ -255,7 +255,7 @@ class Slide(RestingClamp):
         distance : float
             Length of the part, positive (L).
         """
-        return self._balance(self._breaks(0.0, distance)).forces.driving
+        return self._forces_between(self._breaks(0.0, distance)).forces.driving
 
     @property
     def _onward(self) -> int:
@@ -285,10 +285,10 @@ class Slide(RestingClamp):
     def _landing(self, takes_off: float) -> SlideEnd:
         """Find the next place at which the surface pushes a tip that lifts off at a distance."""
         begin, off = takes_off, self._place(takes_off)
-        for end in self._sought():
+        for end in self._part_ends():
             if end <= begin:
                 continue
-            part = self._followed(begin, end)
+            part = self._forces_up_to_unknown(begin, end)
             breaks, coefficients = part.forces
             lands = first_fall(_polynomials(-coefficients[2], breaks))
             if np.isfinite(lands):
@@ -302,14 +302,14 @@ class Slide(RestingClamp):
         """Longest slide within the computed states on a plane (L)."""
         return float(self._bending_left(self.held(self.begin)))
 
-    def _sought(self) -> FloatArray:
+    def _part_ends(self) -> FloatArray:
         """Return the ends of the parts in which the end of the slide is sought in turn (L)."""
         end = self.surface.stop if self._onward > 0 else self.surface.start
-        known = max(abs(end - self.begin), nothing(self.begin))
+        known = max(abs(end - self.begin), rounding_at(self.begin))
         if self.surface.texture is None:
             known = min(self._longest(), known)
-        first, longest = CELLS * self._cell.longest, min(known, LONGEST)
-        ends = first * 2.0 ** np.arange(np.ceil(np.log2(LONGEST / first)))
+        first, longest = FIRST_CELLS * self._cell.longest, min(known, LONGEST_SLIDE)
+        ends = first * 2.0 ** np.arange(np.ceil(np.log2(LONGEST_SLIDE / first)))
         return np.concatenate([[0.0], ends[ends < longest], [longest]])
 
     def _breaks(self, begin: float, end: float) -> FloatArray:
@@ -326,17 +326,17 @@ class Slide(RestingClamp):
         breaks = np.unique(np.concatenate([kinks, edges, [begin, end]]))
         return _divided(breaks[(breaks >= begin) & (breaks <= end)], cell)
 
-    def _followed(self, begin: float, end: float) -> _Part:
+    def _forces_up_to_unknown(self, begin: float, end: float) -> _Part:
         """Compute the forces along a part of the slide, as far as the rod has computed states."""
         breaks = self._breaks(begin, end)
-        part = self._balance(breaks)
+        part = self._forces_between(breaks)
         # The ends of cells are not further from the states in the cells than a cell is long.
         if self.surface.texture is None or part.room > self._cell.longest:
             return part
-        breaks, lost = self._computed(breaks)
-        return self._balance(breaks)._replace(lost=lost)
+        breaks, lost = self._cut_at_unknown(breaks)
+        return self._forces_between(breaks)._replace(lost=lost)
 
-    def _computed(self, breaks: FloatArray) -> tuple[FloatArray, Lost | None]:
+    def _cut_at_unknown(self, breaks: FloatArray) -> tuple[FloatArray, Lost | None]:
         """Cut a part of the slide where the rod has no computed states; say why, if it is cut."""
         from scipy.optimize import brentq  # a tenth of a second to load
 
@@ -350,7 +350,7 @@ class Slide(RestingClamp):
         last = int(out[0])
         row = int(np.argmin(left[:, last + 1]))
         if left[row, last] <= 0.0:
-            end = float(breaks[last]) + nothing(self.begin)
+            end = float(breaks[last]) + rounding_at(self.begin)
         else:
             end = float(
                 brentq(lambda distance: float(rooms(distance)[row]), *breaks[last : last + 2])
@@ -368,7 +368,7 @@ class Slide(RestingClamp):
         states, x0 = held
         return np.asarray(x0 - states.x0_pull if self.direction > 0 else states.x0_end - x0)
 
-    def _balance(self, breaks: FloatArray) -> _Part:
+    def _forces_between(self, breaks: FloatArray) -> _Part:
         """Compute the forces along a part of the slide."""
         cell, plane = self._cell, self.surface.texture is None
         place = self._place(breaks[:-1, None] + np.diff(breaks)[:, None] * cell.nodes)
@@ -382,7 +382,7 @@ class Slide(RestingClamp):
 
     def _stopping_place(self, distance: float) -> float:
         """Position of a tip that stops: in the corner where it does, or a little further on."""
-        tiny, place = nothing(self.begin), self._place(distance)
+        tiny, place = rounding_at(self.begin), self._place(distance)
         if self.surface.texture is not None:
             corners = self.surface.texture.breaks(place - 2.0 * tiny, place + 2.0 * tiny)
             if len(corners):
@@ -394,9 +394,9 @@ class Slide(RestingClamp):
 def _divided(breaks: FloatArray, longest: float) -> FloatArray:
     """Divide the cells between increasing positions equally until none is too long (L)."""
     width = np.diff(breaks)
-    if width.max(initial=0.0) * (1.0 - ROUNDED) <= longest:
+    if width.max(initial=0.0) * (1.0 - ROUNDED_PART) <= longest:
         return breaks
-    counts = np.maximum(np.ceil(width / longest * (1.0 - ROUNDED)), 1.0).astype(np.int64)
+    counts = np.maximum(np.ceil(width / longest * (1.0 - ROUNDED_PART)), 1.0).astype(np.int64)
     within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.append(
         np.repeat(breaks[:-1], counts) + within * np.repeat(width / counts, counts), breaks[-1]

@@ -15,9 +15,11 @@ from vibrissa.scanning.slip_model import FREE_SLIP, SlipModel
 from vibrissa.scanning.surfaces import Footing
 
 # Relative excess of |tan α| over μ0 at which a tip still sticks, for rounding.
-FULL = 1e-9
+ROUNDED_EXCESS = 1e-9
 # Largest number of slides in a slip: a tip that stops where it cannot stick slides back, less far.
-REVERSALS = 100
+MOST_SLIDES = 100
+# Largest number of moves of a tip to the last computed state; the distance of the rod may change.
+MOST_MOVES = 100
 
 
 class Flight(NamedTuple):
@@ -81,13 +83,13 @@ class Slip(RestingClamp):
         ArgumentError
             If the tip reaches an unknown part of the surface, or slides to and fro for too long.
         """
-        contact = self._within(contact)
+        contact = self._into_known_states(contact)
         if self.model.law is SlipLaw.FREE and self.surface.texture is None:
             if (end := self._free_on_plane(contact)) is not None:
                 return end
         released, dissipated = 0.0, 0.0
         flights: tuple[Flight, ...] = ()
-        for _ in range(REVERSALS):
+        for _ in range(MOST_SLIDES):
             slide = self._slide(contact, self._direction(contact)).end()
             contact, x0 = slide.contact, float(self.held(slide.contact).x0)
             if slide.lost is not None:
@@ -106,7 +108,7 @@ class Slip(RestingClamp):
                     flights=flights,
                 )
         place = f"the clamp at {self.surface.spell(self.clamp)}"
-        raise ArgumentError(f"with {place} a slip has over {REVERSALS} slides: take another law")
+        raise ArgumentError(f"with {place} a slip has over {MOST_SLIDES} slides: take another law")
 
     def _slide(self, contact: float, direction: int) -> Slide:
         """Return a slide from a position (L): away from the clamp (`direction` 1) or back (−1)."""
@@ -135,9 +137,9 @@ class Slip(RestingClamp):
         released = float(driving.integrate(0.0, driving.x[-1]))
         return SlipEnd(contact=end, x0=0.0, released=released)
 
-    def _within(self, contact: float) -> float:
+    def _into_known_states(self, contact: float) -> float:
         """Move a tip that a long step has taken out of the computed states to the last of them."""
-        for _ in range(REVERSALS):
+        for _ in range(MOST_MOVES):
             states, x0 = self.held(contact)
             beyond = float(x0 - states.clip(x0))
             if beyond == 0.0:
@@ -149,8 +151,8 @@ class Slip(RestingClamp):
         """By how much friction is exceeded forward and backward, up to rounding (E·I0/L²)."""
         ahead, behind = footing.ahead, footing.behind
         on_ahead, on_behind = self.forces(footing.contact, ahead.slope, behind.slope)
-        forward = -on_ahead.tangential - ahead.mu0 * (1.0 + FULL) * on_ahead.normal
-        backward = on_behind.tangential - behind.mu0 * (1.0 + FULL) * on_behind.normal
+        forward = -on_ahead.tangential - ahead.mu0 * (1.0 + ROUNDED_EXCESS) * on_ahead.normal
+        backward = on_behind.tangential - behind.mu0 * (1.0 + ROUNDED_EXCESS) * on_behind.normal
         return float(forward), float(backward)
 
     def _direction(self, contact: float) -> int:

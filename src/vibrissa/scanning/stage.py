@@ -15,7 +15,7 @@ from vibrissa.numerics.steps import step_position
 from vibrissa.outcomes import Contact
 from vibrissa.scanning.response import Response, responses
 from vibrissa.scanning.response_over_eta import (
-    NARROWEST,
+    NARROWEST_PART,
     NEAREST,
     ResponseOverEta,
     StatesAtEta,
@@ -29,9 +29,9 @@ from vibrissa.scanning.textures import Texture
 MOST_STEPS = 10**8
 # Distance up to which a rod is solved over the grooves of a surface (L): further on it is almost
 # upright, and its states change fast.
-UPRIGHT = 0.99
+NEARLY_UPRIGHT_ETA = 0.99
 # Part of a step by which a turn may miss a whole number of steps, by rounding in units of L.
-ROUNDED_AWAY = 1e-6
+ROUNDED_PART_OF_STEP = 1e-6
 
 
 def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) -> FloatArray:
@@ -73,7 +73,7 @@ def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:
     """Count the whole steps up to a turn, robust to the rounding of converted units."""
     quotient = exact(turn) / size
     nearest = round(quotient)
-    return nearest if abs(quotient - nearest) < ROUNDED_AWAY else int(quotient)
+    return nearest if abs(quotient - nearest) < ROUNDED_PART_OF_STEP else int(quotient)
 
 
 class Held(NamedTuple):
@@ -196,7 +196,7 @@ def stage_of(
             raise ArgumentError("on a surface with heights the contact must be 'point', not 'line'")
         check_range(rod, low, high)
         low = max(low - _margin(texture.high), NEAREST)
-        high = max(high, min(high + _margin(-texture.low), UPRIGHT))
+        high = max(high, min(high + _margin(-texture.low), NEARLY_UPRIGHT_ETA))
     return Stage(response=respond_over(rod.level(rod.eta), low, high), eta=rod.eta, angle=angle)
 
 
@@ -205,5 +205,5 @@ def _margin(height: float) -> float:
 
     It is a little more, and one of few values, so that a rod need not be solved for each texture.
     """
-    doublings = np.ceil(np.log2(1.0 + max(height, 0.0) / NARROWEST))
-    return float(NARROWEST * 2.0**doublings)
+    doublings = np.ceil(np.log2(1.0 + max(height, 0.0) / NARROWEST_PART))
+    return float(NARROWEST_PART * 2.0**doublings)

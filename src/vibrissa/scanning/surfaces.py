@@ -15,12 +15,12 @@ from vibrissa.scanning.textures import Texture
 # Number of cosines in a random surface, enough for a nearly normal distribution of its friction.
 COSINES = 256
 # Length of the parts of a surface that are traced by a ball (L).
-TRACED = 0.5
+TRACED_PART = 0.5
 # Largest distance that counts as 0, in roundings of a position.
 ROUNDINGS = 8.0
 
 
-def nothing(position: float) -> float:
+def rounding_at(position: float) -> float:
     """Return the largest distance from a position that counts as 0 (L)."""
     return ROUNDINGS * float(np.spacing(1.0 + abs(position)))
 
@@ -118,8 +118,8 @@ class Surface:
         if self.texture is None:
             return self
         # Whole parts, so that a longer path needs no new profile.
-        begin = TRACED * np.floor((np.min(clamp) - 1.0) / TRACED)
-        end = TRACED * np.ceil((np.max(clamp) + 1.0) / TRACED)
+        begin = TRACED_PART * np.floor((np.min(clamp) - 1.0) / TRACED_PART)
+        end = TRACED_PART * np.ceil((np.max(clamp) + 1.0) / TRACED_PART)
         return self.with_texture(self.texture.traced(radius, float(begin), float(end)))
 
     def __call__(self, x: FloatArray | float) -> FloatArray:
@@ -184,7 +184,7 @@ class Surface:
             face = Face(slope=0.0, mu0=mu0)
             return Footing(contact=contact, height=0.0, mu0=mu0, ahead=face, behind=face)
         ahead, behind = (
-            np.clip(contact + direction * side * nothing(contact), self.start, self.stop)
+            np.clip(contact + direction * side * rounding_at(contact), self.start, self.stop)
             for direction in (1, -1)
         )
         return Footing(

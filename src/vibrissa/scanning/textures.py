@@ -24,16 +24,16 @@ CELLS_PER_WAVE = 20
 # which it repeats.
 POINTS_PER_CORRELATION, CORRELATIONS = 32, 2048
 # Steepest wall of a groove (rad).
-STEEPEST = np.radians(89.9)
+STEEPEST_WALL = np.radians(89.9)
 # Number of points of a traced profile in the radius of the tip, and in a piece of a texture that is
 # no cubic polynomial.
 POINTS_PER_RADIUS, POINTS_PER_PIECE = 20, 10
 # Largest |u|/r at which a ball touches: there its slope is 200.
-RIM = 1.0 - 1.25e-5
+TOUCHING_RIM = 1.0 - 1.25e-5
 # Distance of points that count as one, in radii of the tip.
-SAME = 1e-9
+SAME_POINT = 1e-9
 # Slope from which on a piece of a traced profile is a wall.
-STEEP = 1.0
+WALL_SLOPE = 1.0
 # Number of traced profiles that are kept, some megabytes each.
 KEPT_TRACED = 8
 # Halvings in which the place where the ball touches is found.
@@ -228,7 +228,7 @@ def grooves(
         raise ArgumentError(
             "grooves: width and depth must be positive, and pitch larger than width"
         )
-    if not 0.0 < wall <= STEEPEST:
+    if not 0.0 < wall <= STEEPEST_WALL:
         raise ArgumentError(f"grooves: wall must be above 0 and at most 89.9 deg, got {wall!r} rad")
     rise = float(np.tan(wall))
     ramp = depth / rise
@@ -387,7 +387,7 @@ def _traced(texture: Texture, radius: float, start: float, stop: float) -> Textu
         np.concatenate([np.linspace(first, last, count + 1), within, [start, stop]])
     )
     # Positions that differ by rounding are one.
-    support = support[np.diff(support, prepend=-np.inf) > SAME * radius]
+    support = support[np.diff(support, prepend=-np.inf) > SAME_POINT * radius]
     heights = texture.height(support)
     x = support[(support >= start) & (support <= stop)]
     best = _highest(support, heights, x, radius)
@@ -450,7 +450,8 @@ def _touched(
     texture: Texture, radius: float, x: FloatArray, low: FloatArray, high: FloatArray
 ) -> FloatArray:
     """Find where a disc over x touches between two positions: where both slopes are the same."""
-    low, high = np.maximum(low, x - RIM * radius), np.minimum(high, x + RIM * radius)
+    reach = TOUCHING_RIM * radius
+    low, high = np.maximum(low, x - reach), np.minimum(high, x + reach)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         rises = texture.slope(middle) > _rim_slope(radius, middle - x)
@@ -460,7 +461,7 @@ def _touched(
 
 def _rim_slope(radius: float, u: FloatArray) -> FloatArray:
     """Slope of the traced profile if the disc touches at the distance u ahead of its centre."""
-    u = np.clip(u, -RIM * radius, RIM * radius)
+    u = np.clip(u, -TOUCHING_RIM * radius, TOUCHING_RIM * radius)
     return np.asarray(u / np.sqrt(radius**2 - u**2))
 
 
@@ -495,7 +496,7 @@ def _hermite(x: FloatArray, values: FloatArray, left: FloatArray, right: FloatAr
     mean = np.diff(values) / width
     begin, end = (
         np.where(
-            np.abs(one) > STEEP,
+            np.abs(one) > WALL_SLOPE,
             np.sign(mean) * np.clip(np.sign(mean) * one, 0.0, 3.0 * np.abs(mean)),
             one,
         )

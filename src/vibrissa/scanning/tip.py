@@ -13,9 +13,9 @@ from vibrissa.scanning.stage import Held, Stage
 from vibrissa.scanning.surfaces import Footing
 
 # Number of clamp positions at which the margins are computed to bracket the end of a period.
-LOOKS = 257
+BRACKETING_POSITIONS = 257
 # Number of steps that are searched together for the end of a period.
-BLOCK = 4096
+STEPS_AT_ONCE = 4096
 
 
 class Margin(IntEnum):
@@ -194,21 +194,23 @@ class Tip:
         past = states.x0_lock if self.footing.behind.slope else 0.0
         return Exit(margin=least, locked=bool(x0 > past))
 
-    def sticks_until(self, path: ClampPath) -> EndOfSticking:
+    def sticks_until(self, clamp_path: ClampPath) -> EndOfSticking:
         """Find the first step at which the tip no longer sticks."""
         clamp = self.clamp
         # The tip sticks between these clamp positions; an end beyond the path is infinite.
-        low = self._limit(clamp, min(clamp, float(path.least[self.begin])), -1.0)
-        high = self._limit(clamp, max(clamp, float(path.most[self.begin])), 1.0)
+        low = self._limit(clamp, min(clamp, float(clamp_path.least[self.begin])), -1.0)
+        high = self._limit(clamp, max(clamp, float(clamp_path.most[self.begin])), 1.0)
         error = self.stage.at(clamp).accuracy
         # A tip sticks in the step of its slip; after lateral buckling it may slip at once.
-        for first in range(self.begin + int(self.slipped), len(path), BLOCK):
-            positions = path.positions[first : first + BLOCK]
+        for first in range(self.begin + int(self.slipped), len(clamp_path), STEPS_AT_ONCE):
+            positions = clamp_path.positions[first : first + STEPS_AT_ONCE]
             out = np.flatnonzero((positions > high + error) | (positions < low - error))
             if len(out):
                 stop = first + int(out[0])
-                return EndOfSticking(stop=stop, until=high if path.positions[stop] > high else low)
-        return EndOfSticking(stop=len(path), until=np.nan)
+                return EndOfSticking(
+                    stop=stop, until=high if clamp_path.positions[stop] > high else low
+                )
+        return EndOfSticking(stop=len(clamp_path), until=np.nan)
 
     def _limit(self, begin: float, end: float, direction: float) -> float:
         """Clamp position between `begin` and `end` at which sticking ends (L), else infinite."""
@@ -218,30 +220,31 @@ class Tip:
         stretch = direction * float(states.x0_end - states.x0_pull)
         while begin != end:
             until = begin + stretch if abs(stretch) < abs(end - begin) else end
-            clamp, left = self._looked(np.linspace(begin, until, LOOKS))
-            out = np.flatnonzero(left[1:] <= 0.0)
+            clamp, margin = self._with_minima(np.linspace(begin, until, BRACKETING_POSITIONS))
+            out = np.flatnonzero(margin[1:] <= 0.0)
             if len(out):
                 # The first position may be at the end of sticking, up to rounding.
-                if left[out[0]] <= 0.0:
+                if margin[out[0]] <= 0.0:
                     return float(clamp[out[0]])
-                return sampled_root(self._least, clamp, left, int(out[0]))
+                return sampled_root(self._least_margin, clamp, margin, int(out[0]))
             begin = until
         return direction * np.inf
 
-    def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _with_minima(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Add clamp positions at minima of the least margin; return positions and that margin."""
-        left = self._least(clamp)
-        lowest = (left[1:-1] < left[:-2]) & (left[1:-1] < left[2:])
+        margin = self._least_margin(clamp)
+        lowest = (margin[1:-1] < margin[:-2]) & (margin[1:-1] < margin[2:])
         # Sticking ends before what comes after the first position without a margin.
-        ended = 1 + int(np.append(left[1:] <= 0.0, True).argmax())
+        ended = 1 + int(np.append(margin[1:] <= 0.0, True).argmax())
         for i in np.flatnonzero(lowest[: ended - 1]) + 1:
             from scipy.optimize import minimize_scalar  # half a second to load
 
             bounds = sorted((clamp[i - 1], clamp[i + 1]))
-            found = minimize_scalar(self._least, bounds=bounds, method="bounded")
-            clamp, left = np.append(clamp, found.x), np.append(left, found.fun)
+            found = minimize_scalar(self._least_margin, bounds=bounds, method="bounded")
+            clamp, margin = np.append(clamp, found.x), np.append(margin, found.fun)
         order = np.argsort(np.abs(clamp - clamp[0]))
-        return clamp[order], left[order]
+        return clamp[order], margin[order]
 
-    def _least(self, clamp: ArrayLike) -> FloatArray:
+    def _least_margin(self, clamp: ArrayLike) -> FloatArray:
+        """Return the least of the margins at clamp positions, which is negative after sticking."""
         return np.asarray(self.margins(clamp).min(axis=0))

@@ -14,7 +14,7 @@ import numpy as np
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.limits import check_bore
-from vibrissa.mechanics.admissibility import TOLERANCE, clearances
+from vibrissa.mechanics.admissibility import CLEARANCE_TOLERANCE, clearances
 from vibrissa.mechanics.equations import ends, shape
 from vibrissa.mechanics.lateral import lateral_stability
 from vibrissa.mechanics.mounting import IDEAL, Mounting
@@ -24,7 +24,7 @@ from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.mechanics.taper import MOST_TAPER
 from vibrissa.mechanics.vibration import natural_frequencies
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion
+from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion, chosen
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.periods import Stiction, read_curve
 from vibrissa.sticking.piece import AHEAD, BACK, StickingState
@@ -85,7 +85,7 @@ class EquilibriumState(ContactState):
         if self._solution is None or self.contact != Contact.POINT:
             return False
         clearance = clearances(self._solution, np.array([self.eta]), ("surface",))
-        return bool(self.phi1 < 0.0 or clearance.surface[0] < -TOLERANCE)
+        return bool(self.phi1 < 0.0 or clearance.surface[0] < -CLEARANCE_TOLERANCE)
 
     def frequencies(self, count: int = 2, tip: str = TipMotion.STICKS) -> FloatArray:
         """Lowest natural frequencies ω of small vibrations about the state.
@@ -263,13 +263,9 @@ def _check(
     if not 0.0 < eta < 1.0:
         divide = ": divide the height by the length L" if eta > 1.0 else ""
         raise ArgumentError(f"eta must lie between 0 and 1 (in units of L), got {eta!r}{divide}")
-    for name, value, kind in (
-        ("method", method, Solver),
-        ("contact", contact, Contact),
-        ("section", section, RodSection),
-    ):
-        if value not in tuple(kind):
-            raise ArgumentError(f"{name} must be one of {', '.join(kind)}, got {value!r}")
+    chosen(Solver, method, "method")
+    chosen(Contact, contact, "contact")
+    chosen(RodSection, section, "section")
     if method == Solver.SHOOTING and contact != Contact.POINT:
         raise ArgumentError(f"method {method!r} solves contact 'point' alone, got {contact!r}")
     if method == Solver.SHOOTING and mounting != IDEAL:

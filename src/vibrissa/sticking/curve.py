@@ -23,7 +23,7 @@ from vibrissa.sticking.shapes import RowStates
 from vibrissa.sticking.vibration import check_vibration, state_frequencies
 
 # Displacements that differ by less than this (L) count as equal; shorter pieces are dropped.
-SAME = 1e-12
+SAME_X0 = 1e-12
 # Largest number of curves to evaluate together; their samples take some 10 MB.
 CURVES_AT_ONCE = 256
 
@@ -189,7 +189,7 @@ class StickingCurve:
         """
         self._need_states("states")
         x0 = np.asarray(x0, dtype=float)
-        if np.any(~(x0 >= self.x0_pull)) or np.any(~(x0 <= self.x0_end + SAME)):
+        if np.any(~(x0 >= self.x0_pull)) or np.any(~(x0 <= self.x0_end + SAME_X0)):
             raise ArgumentError(
                 f"x0 must lie on the curve, from {self.x0_pull!r} to {self.x0_end!r}, got "
                 f"{x0.tolist()}"

@@ -10,8 +10,8 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import End, RodSection, Status
-from vibrissa.sticking.curve import SAME, StickingCurve, failed_curve
-from vibrissa.sticking.piece import AHEAD, Pieces
+from vibrissa.sticking.curve import SAME_X0, StickingCurve, failed_curve
+from vibrissa.sticking.piece import AHEAD, ROUNDED_FORCE, Pieces
 
 NO_MAXIMUM = (
     "the computed states end before -tan alpha reaches a maximum; try a larger eta or a theta "
@@ -22,8 +22,6 @@ NOT_IN_PLANE = (
     "the rod leaves its plane already at alpha = 0; try section: planar, a smaller eta, or a "
     "curvature that bends the rod less towards the surface"
 )
-# Forces below this are rounding errors (E·I0/L²).
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -58,6 +56,10 @@ class _Extremes(NamedTuple):
     demand: FloatArray
     touch: FloatArray
 
+    def of(self, rows: slice) -> "_Extremes":
+        """Return those of some pieces."""
+        return _Extremes(top=self.top[rows], demand=self.demand[rows], touch=self.touch[rows])
+
 
 def assembled_curves(
     followed: Sequence[StickingCurve], limits: Sequence[ShapeLimits]
@@ -85,8 +87,7 @@ def assembled_curves(
     pieces = Pieces.concatenate([curve.pieces for curve in kept])
     extremes = _extremes(pieces, np.concatenate(arches))
     return [
-        _with_lock(curve, _Extremes(*(values[rows] for values in extremes)))
-        for curve, rows in zip(kept, _rows(kept), strict=True)
+        _with_lock(curve, extremes.of(rows)) for curve, rows in zip(kept, _rows(kept), strict=True)
     ]
 
 
@@ -99,29 +100,42 @@ def _rows(curves: Sequence[StickingCurve]) -> list[slice]:
 def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
     """Add the lock and the first touch to a curve that was cut off at its end."""
     message = "" if curve.end is End.NOT_FOLLOWED else curve.end_message
-    x0_lock, mu_lock = _lock(curve, extremes)
-    within = 0.0 < x0_lock < curve.x0_end - SAME
+    if not curve.pieces:
+        return _without_states(curve, message)
+    lock = _lock(curve, extremes)
+    within = 0.0 < lock.x0 < curve.x0_end - SAME_X0
     # Up to where it snaps or buckles, the rod sticks at every larger friction.
-    held = curve.end is End.SWINGS_ASIDE or (curve.end is End.SNAPS and x0_lock > 0.0)
-    if not curve.pieces or not (within or mu_lock == np.inf or held):
-        if curve.end is not End.OUT_OF_REACH or not curve.pieces:
-            if curve.pieces and (curve.pieces.samples.reaction_fx > -ROUNDING).all():
-                message = NEVER_PUSHED
-            status = Status.OUT_OF_REACH if message else Status.FAILED
-            why = message or NO_MAXIMUM
-            failed = failed_curve(curve.theta, curve.eta, why, status, curve.method)
-            return replace(failed, section=curve.section, mounting=curve.mounting)
-        x0_lock = mu_lock = np.nan
-    locks = not np.isnan(mu_lock)
-    touch, last = _first_touch(curve, extremes), x0_lock if locks else curve.x0_end
+    held = curve.end is End.SWINGS_ASIDE or (curve.end is End.SNAPS and lock.x0 > 0.0)
+    touch = _first_touch(curve, extremes)
+    if within or held or lock.mu == np.inf:
+        touched = touch if touch <= lock.x0 + SAME_X0 else np.nan
+        return replace(
+            curve,
+            status=Status.SOLVED,
+            message="",
+            x0_lock=lock.x0,
+            mu_lock=lock.mu,
+            x0_touch=touched,
+        )
+    if curve.end is not End.OUT_OF_REACH:
+        never_pushed = (curve.pieces.samples.reaction_fx > -ROUNDED_FORCE).all()
+        return _without_states(curve, NEVER_PUSHED if never_pushed else message)
     return replace(
         curve,
-        status=Status.SOLVED if locks else Status.OUT_OF_REACH,
-        message="" if locks else message,
-        x0_lock=x0_lock,
-        mu_lock=mu_lock,
-        x0_touch=touch if touch <= last + SAME else np.nan,
+        status=Status.OUT_OF_REACH,
+        message=message,
+        x0_lock=np.nan,
+        mu_lock=np.nan,
+        x0_touch=touch if touch <= curve.x0_end + SAME_X0 else np.nan,
     )
+
+
+def _without_states(curve: StickingCurve, message: str) -> StickingCurve:
+    """Return a curve without states: out of reach for the reason in `message`, or else failed."""
+    status = Status.OUT_OF_REACH if message else Status.FAILED
+    why = message or NO_MAXIMUM
+    failed = failed_curve(curve.theta, curve.eta, why, status, curve.method)
+    return replace(failed, section=curve.section, mounting=curve.mounting)
 
 
 def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[StickingCurve]:
@@ -137,7 +151,7 @@ def _until_end(followed: Sequence[StickingCurve], limits: ShapeLimits) -> list[S
     at = np.array([*found.values()])
     at[np.isnan(at)] = np.inf
     stop, ends = at.min(axis=0), np.array([*found], dtype=object)[at.argmin(axis=0)]
-    begins = stop > pieces.start + SAME
+    begins = stop > pieces.start + SAME_X0
     cut = np.flatnonzero(begins & (stop < pieces.stop))
     shorter = pieces.with_rows(cut, pieces.take(cut).up_to(stop[cut]))
     kept = []
@@ -163,7 +177,7 @@ def _passes_under(curves: Sequence[StickingCurve], pieces: Pieces) -> FloatArray
     each = np.where(passes, [curve.x1_init for curve in curves], np.nan)
     x1_init = np.repeat(each, [len(curve.pieces) for curve in curves])
     # In point contact this is x0 = x1_init. A piece may end there, up to rounding.
-    inside = (pieces.start <= x1_init) & (x1_init <= pieces.stop + SAME)
+    inside = (pieces.start <= x1_init) & (x1_init <= pieces.stop + SAME_X0)
     at = np.where(inside, np.minimum(x1_init, pieces.stop), np.nan)
     rows = np.flatnonzero(np.isfinite(x1_init) & (pieces.line | ~pieces.by_x0))
     at[rows] = pieces.first_sum(rows, {"x0": 1.0, "s_c": -1.0}, x1_init[rows] - 1.0)
@@ -187,19 +201,24 @@ def _extremes(pieces: Pieces, arches: FloatArray) -> _Extremes:
     return _Extremes(top=top, demand=demand, touch=touch)
 
 
-def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
-    """x0 (L) at which −tan α is largest on a curve, and −tan α there (infinite at lift-off)."""
+class _Lock(NamedTuple):
+    """Displacement at which −tan α is largest on a curve (L), and −tan α there."""
+
+    x0: float
+    mu: float
+
+
+def _lock(curve: StickingCurve, extremes: _Extremes) -> _Lock:
+    """Find the lock of a curve with states; its −tan α is infinite at lift-off."""
     pieces = curve.pieces
-    if not pieces:
-        return np.nan, -np.inf
     if curve.end is End.LIFTS_OFF and pieces.states.reaction_fx[-1, -1] < 0.0:
-        return curve.x0_end, np.inf
+        return _Lock(x0=curve.x0_end, mu=np.inf)
     row = int(np.argmax(extremes.demand))
     x0_lock = float(extremes.top[row])
     # A maximum in a kink belongs to two pieces: take the displacement at which the second begins.
     begins = pieces.first_x0[1:]
-    kinks = begins[np.abs(begins - x0_lock) <= SAME]
-    return float(kinks[-1]) if len(kinks) else x0_lock, float(extremes.demand[row])
+    kinks = begins[np.abs(begins - x0_lock) <= SAME_X0]
+    return _Lock(x0=float(kinks[-1]) if len(kinks) else x0_lock, mu=float(extremes.demand[row]))
 
 
 def _first_touch(curve: StickingCurve, extremes: _Extremes) -> float:

@@ -19,6 +19,7 @@ from vibrissa.sticking.piece import (
     AHEAD,
     BACK,
     CONTACT_SLACK,
+    ROUNDED_FORCE,
     PathState,
     Pieces,
     Samples,
@@ -28,10 +29,6 @@ from vibrissa.sticking.shapes import RowStates
 
 if TYPE_CHECKING:
     from vibrissa.sticking.curve import StickingCurve
-
-
-# Forces below this are rounding errors (E·I0/L²).
-ROUNDING = 1e-9
 
 
 class _Exit(NamedTuple):
@@ -233,7 +230,7 @@ class CurveArray:
     def _x0_back(self) -> FloatArray:
         """Displacement (L) at which the first sample of each curve has fx > 0; NaN if none has."""
         samples, first = self.pieces.samples, np.full(len(self.curves), np.nan)
-        back = np.where(samples.reaction_fx > ROUNDING, samples.x0, np.inf).min(axis=1)
+        back = np.where(samples.reaction_fx > ROUNDED_FORCE, samples.x0, np.inf).min(axis=1)
         for row, (start, stop) in enumerate(zip(self.pushed, self.stop, strict=True)):
             some = back[start:stop]
             if np.isfinite(some).any():

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Status
 from vibrissa.sticking.curve import StickingCurve
@@ -77,46 +77,78 @@ def read_curves(
     rounding.
     """
     together = CurveArray(curves=tuple(curves))
-    of = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])
+    index = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])
     friction = np.concatenate(mu0)
-    x0_slip, status = together.outcomes(of, friction)
-    slips = np.isfinite(x0_slip)
+    x0_slip, status = together.outcomes(index, friction)
     last = last_steps(x0_slip, [step for pairs in dx0 for step in pairs])
-    # A rod that may lie on the surface does not pass through it.
-    touches = np.array([not curve.pieces.line.any() for curve in curves])
-    x0_touch = np.array([curve.x0_touch for curve in curves])[of]
-    n = len(of)
-    end, ended, trail = np.full(n, "", dtype=object), *(StickingState.unknown(n) for _ in range(2))
     locks = np.flatnonzero(np.array(status, dtype=object) == Status.LOCK)
-    if len(locks):
-        ends, states = together.motion_end(of[locks], friction[locks])
-        end[locks] = [how.value for how in ends]
-        ended = ended.with_rows(locks, states)
-        trail = trail.with_rows(locks, together.trailing_end(of[locks], friction[locks]))
+    ends = _ends_of_locks(together, index, friction, locks)
     # A tip may slip back before the critical state is reached.
-    sticks_until = np.where(slips, x0_slip, np.fmin(together.x0_lock[of], ended.x0))
+    sticks_until = np.where(
+        np.isfinite(x0_slip), x0_slip, np.fmin(together.x0_lock[index], ends.state.x0)
+    )
     # Evaluate all states together: the first one of each curve, and two of each period.
     x0_init = np.where(together.has_states, 0.0, np.nan)
     states = together.states(
-        np.concatenate([np.arange(len(curves)), of, of]),
+        np.concatenate([np.arange(len(curves)), index, index]),
         np.concatenate([x0_init, last.x0, x0_slip]),
     )
-    periods = states.take(slice(len(curves), None))
+    of_periods = states.take(slice(len(curves), None))
     return Stiction(
         status=status,
         x0_slip=x0_slip,
         n_steps=last.number,
         x0_max=last.x0,
-        # The first touch is at 0, or strictly before the onset; comparisons with NaN are false.
-        penetrates=touches[of] & ((x0_touch == 0.0) | (x0_touch < sticks_until)),
-        contact=together.contact(of, sticks_until),
-        init=states.take(of),
-        last=periods.take(slice(n)),
-        slip=periods.take(slice(n, None)),
-        end=end.tolist(),
-        ended=ended,
-        trail=trail,
+        penetrates=_penetrates(curves, index, sticks_until),
+        contact=together.contact(index, sticks_until),
+        init=states.take(index),
+        last=of_periods.take(slice(len(index))),
+        slip=of_periods.take(slice(len(index), None)),
+        end=ends.end,
+        ended=ends.state,
+        trail=ends.trail,
     )
+
+
+class _EndsOfLocks(NamedTuple):
+    """How and where sticking ends in n periods with a locked tip; empty or NaN in others.
+
+    Attributes
+    ----------
+    end : list of str
+    state, trail : StickingState
+        Columns of shape (n,), as `ended` and `trail` of `Stiction`.
+    """
+
+    end: list[str]
+    state: StickingState
+    trail: StickingState
+
+
+def _ends_of_locks(
+    curves: CurveArray, index: IntArray, mu0: FloatArray, locks: IntArray
+) -> _EndsOfLocks:
+    """Find the ends of the periods with the numbers `locks`; `index` has the curve of each."""
+    ends = [""] * len(index)
+    state, trail = StickingState.unknown(len(index)), StickingState.unknown(len(index))
+    if len(locks):
+        found, states = curves.motion_end(index[locks], mu0[locks])
+        for row, how in zip(locks.tolist(), found, strict=True):
+            ends[row] = how.value
+        state = state.with_rows(locks, states)
+        trail = trail.with_rows(locks, curves.trailing_end(index[locks], mu0[locks]))
+    return _EndsOfLocks(end=ends, state=state, trail=trail)
+
+
+def _penetrates(
+    curves: Sequence[StickingCurve], index: IntArray, sticks_until: FloatArray
+) -> BoolArray:
+    """Whether rods in point contact pass through the surface before sticking ends (L)."""
+    # A rod that may lie on the surface does not pass through it.
+    touches = np.array([not curve.pieces.line.any() for curve in curves])
+    x0_touch = np.array([curve.x0_touch for curve in curves])[index]
+    # The first touch is at 0, or strictly before the onset; comparisons with NaN are false.
+    return np.asarray(touches[index] & ((x0_touch == 0.0) | (x0_touch < sticks_until)))
 
 
 class LastSteps(NamedTuple):
@@ -136,12 +168,12 @@ class LastSteps(NamedTuple):
 
 def last_steps(x0_slip: FloatArray, dx0: Sequence[Decimal]) -> LastSteps:
     """Find the last step Δx0 (L) that does not pass each onset of slip (L)."""
-    last = LastSteps(number=np.full(len(x0_slip), np.nan), x0=np.full(len(x0_slip), np.nan))
+    counts, x0 = np.full(len(x0_slip), np.nan), np.full(len(x0_slip), np.nan)
     slips = np.isfinite(x0_slip)
     numbers: dict[Decimal, int] = {}
     which = np.array([numbers.setdefault(step, len(numbers)) for step in dx0])
     for step, number in numbers.items():
         rows = np.flatnonzero(slips & (which == number))
         count = last_step_within(x0_slip[rows], step)
-        last.number[rows], last.x0[rows] = count, step_position(count, step)
-    return last
+        counts[rows], x0[rows] = count, step_position(count, step)
+    return LastSteps(number=counts, x0=x0)

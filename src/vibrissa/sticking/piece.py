@@ -26,7 +26,9 @@ from vibrissa.numerics.spectral import (
 STATES_PER_PIECE = 49
 # Number of samples of each piece; they bracket crossings, which are then located exactly.
 SAMPLES = 257
-POLYNOMIALS = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES_PER_PIECE - 1)
+SAMPLE_POLYNOMIALS = chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), STATES_PER_PIECE - 1)
+# Forces below this are rounding errors (E·I0/L²).
+ROUNDED_FORCE = 1e-9
 # Rounding error where the kind of contact changes: how much s_c may exceed 1 (L) in line contact,
 # or φ1 be negative (rad) in point contact.
 CONTACT_SLACK = 1e-9
@@ -168,7 +170,7 @@ class Pieces(Batch):
 
     def _sampled(self, order: int) -> PathState:
         """Differentiate the states at `sample_places`; `order` 0 returns the states themselves."""
-        sampled = self._coefficients[order] @ POLYNOMIALS.T
+        sampled = self._coefficients[order] @ SAMPLE_POLYNOMIALS.T
         return PathState.from_matrix(np.moveaxis(sampled, 1, -1))
 
     def at(self, index: IntArray, t: FloatArray) -> PathState:
@@ -243,9 +245,9 @@ class Pieces(Batch):
 
     def up_to(self, stop: FloatArray) -> Self:
         """Cut each piece off at the value `stop` of its parameter."""
-        return self.part(self.start, stop)
+        return self.cut_to(self.start, stop)
 
-    def part(self, start: FloatArray, stop: FloatArray) -> Self:
+    def cut_to(self, start: FloatArray, stop: FloatArray) -> Self:
         """Cut each piece to the part between two values of its parameter."""
         places = start[:, None] + (stop - start)[:, None] * chebyshev_nodes(STATES_PER_PIECE)
         states = self.at(np.repeat(np.arange(len(self)), STATES_PER_PIECE), places.ravel())

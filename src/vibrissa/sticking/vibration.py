@@ -14,14 +14,14 @@ from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import TipMotion
 
 # Motions of a tip in contact.
-TOUCHING = (TipMotion.STICKS, TipMotion.SLIDES)
+MOTIONS_IN_CONTACT = (TipMotion.STICKS, TipMotion.SLIDES)
 # Largest number of frequencies.
-MOST = 20
+MOST_FREQUENCIES = 20
 # Corrections of slopes below which an iteration ends (rad), and the largest number of corrections.
-CORRECTION, MOST_CORRECTIONS = 1e-11, 40
+CONVERGED_CORRECTION, MOST_CORRECTIONS = 1e-11, 40
 # Error of the moment at the clamp, relative to 1 + f, up to which a shape is accepted; otherwise
 # the nodes are doubled, at most DOUBLINGS times.
-ACCEPTED, DOUBLINGS = 1e-9, 3
+ACCEPTED_ERROR, DOUBLINGS = 1e-9, 3
 
 
 def check_vibration(count: object, tip: object) -> TipMotion:
@@ -31,12 +31,14 @@ def check_vibration(count: object, tip: object) -> TipMotion:
     ------
     ArgumentError
     """
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST:
-        raise ArgumentError(f"count must be a whole number from 1 to {MOST}, got {count!r}")
-    if not isinstance(tip, str) or tip not in TOUCHING:
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_FREQUENCIES:
         raise ArgumentError(
-            f"tip must be one of {', '.join(TOUCHING)}, got {tip!r}; free_frequencies has the "
-            "frequencies of a rod before contact"
+            f"count must be a whole number from 1 to {MOST_FREQUENCIES}, got {count!r}"
+        )
+    if not isinstance(tip, str) or tip not in MOTIONS_IN_CONTACT:
+        raise ArgumentError(
+            f"tip must be one of {', '.join(MOTIONS_IN_CONTACT)}, got {tip!r}; free_frequencies "
+            "has the frequencies of a rod before contact"
         )
     return TipMotion(tip)
 
@@ -106,7 +108,7 @@ def state_frequencies(
         some = states.take(left)
         shapes = shapes_under(theta, mounting, some, line[left], nodes)
         error = np.abs(ends(shapes).moment - some.reaction_m) / (1.0 + some.f)
-        accepted = error < ACCEPTED
+        accepted = error < ACCEPTED_ERROR
         found[left[accepted]] = natural_frequencies(shapes.take(accepted), count, tip)
         left, nodes = left[~accepted], 2 * nodes
         if not len(left):
@@ -148,7 +150,7 @@ def shapes_under(
         change = np.linalg.solve(np.eye(nodes) - by_moment @ by_slope, residual[..., None])[..., 0]
         phi = phi - change
         size = np.abs(change).max(axis=1, initial=0.0)
-        if not (size > CORRECTION).any():
+        if not (size > CONVERGED_CORRECTION).any():
             break
-    phi = np.where((size > CORRECTION)[:, None], np.nan, phi)
+    phi = np.where((size > CONVERGED_CORRECTION)[:, None], np.nan, phi)
     return rods.with_unknowns(np.concatenate([phi, rods.unknowns[:, -SCALARS:]], axis=1))

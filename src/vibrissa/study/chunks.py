@@ -25,7 +25,7 @@ LONGEST_NAME = 150
 SIZES_BY_STEP = {"theta": 1, "eta": 1}
 # Times requested from a cluster (s), which are upper bounds: for a rod (usually 5 to 20 ms; more
 # with a small eta or a strong taper), a rod and step by shooting, a point, the start of a job.
-ROD, ROD_BY_STEP, POINT, START = 0.3, 120.0, 15e-6, 300.0
+ROD_SECONDS, ROD_BY_STEP_SECONDS, POINT_SECONDS, START_SECONDS = 0.3, 120.0, 15e-6, 300.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,7 @@ class Chunk:
             values = f"{values[:LONGEST_NAME]}_{sha256(values.encode()).hexdigest()[:16]}"
         return f"{self.grid}/{values}"
 
-    def part(self, solver: Mapping[str, str]) -> str:
+    def study_part(self, solver: Mapping[str, str]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its file's metadata."""
         lines = {"grid": self.grid, **self.axes, **solver}
         return "".join(f"{key}: {value}\n" for key, value in lines.items())
@@ -67,8 +67,8 @@ class Chunk:
 
 def minutes_for(rods: int, points: int, by_step: bool) -> int:
     """Return the minutes to request for a job; `by_step`: each rod has one Δx0."""
-    seconds = (ROD_BY_STEP if by_step else ROD) * rods
-    return 1 + int((START + seconds + POINT * points) / 60)
+    seconds = (ROD_BY_STEP_SECONDS if by_step else ROD_SECONDS) * rods
+    return 1 + int((START_SECONDS + seconds + POINT_SECONDS * points) / 60)
 
 
 def sizes_of(axes: Mapping[str, Values], most_rods: int = MOST_RODS) -> dict[str, int]:

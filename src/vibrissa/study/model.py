@@ -28,17 +28,18 @@ from vibrissa.study.chunks import (
     sizes_of,
 )
 from vibrissa.study.claims import Claims
+from vibrissa.study.data_files import digest_of
 from vibrissa.study.figures import FIGURE_KINDS, Figure, Sections
 from vibrissa.study.points import PointsChunk, PointsSection
 from vibrissa.study.readings import (
-    RECORDINGS,
+    MOST_RECORDINGS,
     ReadingChunk,
     ReadingSection,
     reading_chunks,
 )
 from vibrissa.study.scans import ScanChunk, ScanSection, scan_chunks, variants_of
 from vibrissa.study.sections import Count, Mistakes, Name, Section, check_bores
-from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant, digest_of
+from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant
 
 # Default largest number of points of a study: a table of 1 GB.
 MAX_POINTS = 10_000_000
@@ -55,7 +56,7 @@ _KEYS = {
 }
 
 
-class _Points(Section):
+class _ProductSection(Section):
     """All combinations of the values of some axes."""
 
     theta: Annotated[Values, AXES["theta"]]
@@ -74,11 +75,11 @@ class _Points(Section):
         return number_of_points(self.axes)
 
 
-class ComparisonSection(_Points):
+class ComparisonSection(_ProductSection):
     """Points that are solved in both kinds of contact: all combinations of theta, mu0 and eta."""
 
 
-class GridSection(_Points):
+class GridSection(_ProductSection):
     """Points at which a period of sticking is solved: all combinations of values of the axes."""
 
     dx0: Annotated[Values, AXES["dx0"]]
@@ -142,7 +143,7 @@ class StateSection(Section):
         return self
 
 
-class _Scanned:
+class _ScanData:
     """Scans as the data of a figure: their axes include those of their surfaces."""
 
     def __init__(self, scan: ScanSection, surfaces: Mapping[str, SurfaceSection]) -> None:
@@ -167,7 +168,7 @@ class _Scanned:
         return {**axes, **merged, "surface": tuple(known or [PLANE])}
 
 
-class _Read(_Scanned):
+class _ReadingData(_ScanData):
     """Readings as the data of a figure: their axes include those of their scan."""
 
     def __init__(
@@ -226,7 +227,7 @@ class Study(Section):
         description="largest number of values of an axis, of rods, and of recordings, that one job "
         "solves, as in {theta: 16} (default: "
         + ", ".join(f"{axis} {size}" for axis, size in SIZES.items())
-        + f", rods {MOST_RODS}, and recordings {RECORDINGS}; all of mu0 and dx0)",
+        + f", rods {MOST_RODS}, and recordings {MOST_RECORDINGS}; all of mu0 and dx0)",
     )
     max_points: Count = Field(
         default=MAX_POINTS,
@@ -295,29 +296,46 @@ class Study(Section):
         if not (self.grids or self.scans or self.states or self.comparisons):
             allowed = "an entry of grids, scans, states or comparisons"
             mistakes.add(f"the study has nothing to solve; add {allowed}")
+        # The further checks need entries that exist.
         mistakes.refuse()
-        solved = (*self.grids.values(), *self.comparisons.values())
-        points = sum(one.number for one in solved)
-        points += sum(map(self._scan_points, self.scans))
-        points += sum(
-            one.recordings * len(one.transducer) * self._scan_points(one.scan)
-            for one in self.readings.values()
-        )
-        if points > self.max_points:
-            has = f"the study has {points:,} points, counting each cycle or step of a scan"
+        if self.points > self.max_points:
+            has = f"the study has {self.points:,} points, counting each cycle or step of a scan"
             mistakes.add(f"{has}; allowed: {self.max_points:,}", "max_points")
         if self.method is Solver.SHOOTING:
-            axes = [grid.axes for grid in self.grids.values()]
-            axes += [scan.rods for scan in self.scans.values()]
-            is_ideal = all(one[axis] == (0.0,) for one in axes for axis in MOUNTING_AXES)
-            if self.contact is Contact.LINE or not is_ideal:
-                needs = "shooting needs `contact: point` and 0 for all axes of the mounting"
-                mistakes.add(f"{needs}; allowed here: collocation", "method")
-            for name, scan in self.scans.items():
-                if scan.retracts:
-                    text = "the laws energy and damped, and a path backward, need "
-                    text += "`method: collocation`"
-                    mistakes.add(text, "scans", name)
+            self._check_shooting(mistakes)
+        self._check_figures(mistakes)
+        for place, text in self.claims.misfits(self) if self.claims else ():
+            mistakes.add(text, "claims", *place)
+        mistakes.refuse()
+        return self
+
+    @property
+    def points(self) -> int:
+        """Number of points; each cycle or step of a scan and of a recording counts as one."""
+        solved = (*self.grids.values(), *self.comparisons.values())
+        recorded = (
+            section.recordings * len(section.transducer) * self._scan_points(section.scan)
+            for section in self.readings.values()
+        )
+        of_scans = map(self._scan_points, self.scans)
+        return sum(section.number for section in solved) + sum(of_scans) + sum(recorded)
+
+    def _check_shooting(self, mistakes: Mistakes) -> None:
+        """Find what shooting does not solve."""
+        axes = [grid.axes for grid in self.grids.values()]
+        axes += [scan.rods for scan in self.scans.values()]
+        is_ideal = all(one[axis] == (0.0,) for one in axes for axis in MOUNTING_AXES)
+        if self.contact is Contact.LINE or not is_ideal:
+            needs = "shooting needs `contact: point` and 0 for all axes of the mounting"
+            mistakes.add(f"{needs}; allowed here: collocation", "method")
+        for name, scan in self.scans.items():
+            if scan.retracts:
+                text = "the laws energy and damped, and a path backward, need "
+                text += "`method: collocation`"
+                mistakes.add(text, "scans", name)
+
+    def _check_figures(self, mistakes: Mistakes) -> None:
+        """Find figures that show what the study does not compute."""
         for name, figure in self.figures.items():
             if FIGURE_KINDS[figure.kind].frequencies and not self.frequencies:
                 mistakes.add("this kind needs `frequencies: 1` or 2", "figures", name, "kind")
@@ -325,13 +343,8 @@ class Study(Section):
             if source is not None and not source.each_step and figure.drawn_from == "scans":
                 text = f"{figure.scan!r} has `each_step: false`: its table `scans` has no steps"
                 mistakes.add(text, "figures", name, "scan")
-            sections = self._sections(figure.source)
-            for place, text in figure.misfits(sections, self.folder):
+            for place, text in figure.misfits(self._figure_data(figure.source), self.folder):
                 mistakes.add(text, "figures", name, *place)
-        for place, text in self.claims.misfits(self) if self.claims else ():
-            mistakes.add(text, "claims", *place)
-        mistakes.refuse()
-        return self
 
     def _check_surfaces(self, mistakes: Mistakes) -> None:
         """Find scans over unknown surfaces, surfaces that no scan uses, and wrong profiles."""
@@ -392,16 +405,16 @@ class Study(Section):
         """List the surfaces of scans, each with one value of each of its axes."""
         return variants_of(self.scans[scan], self.surfaces, self._context["folder"])
 
-    def _sections(self, source: str) -> Sections:
+    def _figure_data(self, source: str) -> Sections:
         """Return the data of figures by name: each has ``axes``."""
         if source == "reading":
             return {
-                name: _Read(section, self.scans[section.scan], self.surfaces)
+                name: _ReadingData(section, self.scans[section.scan], self.surfaces)
                 for name, section in self.readings.items()
             }
         if source != "scan":
             return dict(getattr(self, f"{source}s"))
-        return {name: _Scanned(scan, self.surfaces) for name, scan in self.scans.items()}
+        return {name: _ScanData(scan, self.surfaces) for name, scan in self.scans.items()}
 
     @property
     def results(self) -> list[str]:
@@ -430,7 +443,7 @@ class Study(Section):
         return {
             name: {
                 **figure.params(),
-                "caption": figure.caption_of(self._sections(figure.source)),
+                "caption": figure.caption_of(self._figure_data(figure.source)),
                 "script": (self.folder / figure.script).as_posix() if figure.script else None,
             }
             for name, figure in self.figures.items()
@@ -476,7 +489,7 @@ class Study(Section):
                 self.scans[section.scan],
                 self.variants(section.scan),
                 section.transducers(self.folder),
-                most=self.chunk.get("recordings", RECORDINGS),
+                most=self.chunk.get("recordings", MOST_RECORDINGS),
             )
         }
 
@@ -510,15 +523,15 @@ class Study(Section):
 
     def chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk, as text for the metadata of its table."""
-        return self.chunks[name].part(self.solver_settings)
+        return self.chunks[name].study_part(self.solver_settings)
 
     def scan_chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk of scans, as text for its tables' metadata."""
-        return self.scan_chunks[name].part(self.solver_settings)
+        return self.scan_chunks[name].study_part(self.solver_settings)
 
     def reading_chunk_part(self, name: str) -> str:
         """Return the inputs that determine a chunk of readings, as text for its metadata."""
-        return self.reading_chunks[name].part(self.reading_settings)
+        return self.reading_chunks[name].study_part(self.reading_settings)
 
     @property
     def reading_settings(self) -> dict[str, str]:
@@ -535,7 +548,7 @@ class Study(Section):
         """Text of the study file, with changes from the command line appended as comments."""
         return str(self._context["text"])
 
-    def part(self, table: str) -> str:
+    def study_part(self, table: str) -> str:
         """Part of the study file that determines a table, as text for the table's metadata."""
         written = self._context["written"]
         chosen = {key: written[key] for key in _KEYS[table] if key in written}

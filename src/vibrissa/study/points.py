@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, NamedTuple, Self, cast
 
 from pydantic import (
     Field,
@@ -16,18 +16,19 @@ from pydantic import (
     create_model,
     model_validator,
 )
+from pydantic_core import ErrorDetails
 
 from vibrissa.errors import ArgumentError, StudyError
 from vibrissa.limits import check_bore
 from vibrissa.study.axes import AXES, MOUNTING_AXES, POWERS, Value, Values, sortable
 from vibrissa.study.chunks import MOST_RODS, minutes_for, number_of_points
+from vibrissa.study.data_files import file_below, lines_of
 from vibrissa.study.sections import Mistakes, Section, in_words
-from vibrissa.study.surfaces import file_below, lines_of
 
 # Largest number of rows of a file; more are taken for a mistake.
 MOST_ROWS = 1_000_000
 # Largest number of wrong cells that are reported.
-SHOWN = 5
+REPORTED_CELLS = 5
 # Values of the axes at which a point's rod has its default mounting.
 _DEFAULTS = dict.fromkeys(MOUNTING_AXES, 0.0)
 # Axes that have one value for all points.
@@ -198,7 +199,7 @@ class PointsChunk:
         names = ("grid", "file", "common", "first", "rods", "content")
         return {name: getattr(self, name) for name in names}
 
-    def part(self, solver: Mapping[str, str]) -> str:
+    def study_part(self, solver: Mapping[str, str]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its file's metadata."""
         # The content of the file counts, not its path, which may be another in an archive.
         lines = {"grid": self.grid, "points": self.content, **solver}
@@ -231,16 +232,18 @@ def read_points(path: Path, common: Mapping[str, Value]) -> PointTable:
         case _:
             raise StudyError(f"{path.name}: the name must end in .csv or .parquet")
     _check_columns(path, cells, common)
-    columns: dict[str, Sequence[Value]] = {}
-    mistakes = [mistake for axis in cells.columns for mistake in _validated(cells, axis, columns)]
+    checked = {axis: _checked(cells, axis) for axis in cells.columns}
+    mistakes = [mistake for column in checked.values() for mistake in column.mistakes]
     if mistakes:
-        more = [f"{path.name}: and {len(mistakes) - SHOWN} more cells"]
-        shown = mistakes[:SHOWN] + (more if len(mistakes) > SHOWN else [])
+        more = [f"{path.name}: and {len(mistakes) - REPORTED_CELLS} more cells"]
+        shown = mistakes[:REPORTED_CELLS] + (more if len(mistakes) > REPORTED_CELLS else [])
         raise StudyError("\n".join(shown))
-    for axis in AXES:
-        if axis not in columns:
-            columns[axis] = [common.get(axis, _DEFAULTS.get(axis, 0.0))] * len(cells.rows)
-    table = PointTable(columns={axis: columns[axis] for axis in AXES})
+    same = {axis: common.get(axis, _DEFAULTS.get(axis, 0.0)) for axis in AXES}
+    columns = {
+        axis: checked[axis].values if axis in checked else [same[axis]] * len(cells.rows)
+        for axis in AXES
+    }
+    table = PointTable(columns=columns)
     _check_bores(table, cells)
     _check_doubles(table, cells)
     return table
@@ -336,19 +339,28 @@ def _check_columns(path: Path, cells: _Cells, common: Mapping[str, Value]) -> No
         raise StudyError("\n".join(mistakes))
 
 
-def _validated(cells: _Cells, axis: str, columns: dict[str, Sequence[Value]]) -> Iterator[str]:
-    """Check the values of an axis, and put them into `columns`; yield the mistakes."""
+class _Column(NamedTuple):
+    """Values of an axis, or the mistakes in its cells."""
+
+    values: Sequence[Value] = ()
+    mistakes: Sequence[str] = ()
+
+
+def _checked(cells: _Cells, axis: str) -> _Column:
+    """Check the cells of an axis."""
     written: Sequence[Any] = cells.columns[axis]
     if axis in POWERS:
         written = [_with_coefficients(cell) for cell in written]
     try:
         numbers: Any = list[AXES[axis].number]  # type: ignore[misc]
-        columns[axis] = TypeAdapter(numbers).validate_python(list(written))
+        return _Column(values=TypeAdapter(numbers).validate_python(list(written)))
     except ValidationError as error:
-        for one in error.errors():
-            row, *_ = one["loc"]
-            place = cells.rows[int(row)]
-            yield f"{place}: {axis}: {in_words(one)}; correct it, or remove the row"
+        return _Column(mistakes=[_mistake(cells, axis, one) for one in error.errors()])
+
+
+def _mistake(cells: _Cells, axis: str, error: ErrorDetails) -> str:
+    row, *_ = error["loc"]
+    return f"{cells.rows[int(row)]}: {axis}: {in_words(error)}; correct it, or remove the row"
 
 
 def _with_coefficients(cell: Any) -> Any:

@@ -12,22 +12,23 @@ from pydantic import BeforeValidator, Field, FiniteFloat, model_validator
 
 from vibrissa.outcomes import Method
 from vibrissa.study.axes import Values, in_list, spell_value
-from vibrissa.study.chunks import START, points_of
+from vibrissa.study.chunks import START_SECONDS, points_of
+from vibrissa.study.data_files import digest_of, file_below
 from vibrissa.study.scans import ScanSection
 from vibrissa.study.sections import Count, Mistakes, Name, Section
-from vibrissa.study.surfaces import Variant, digest_of, file_below
+from vibrissa.study.surfaces import Variant
 
 # Default largest number of recordings in a chunk. A job then takes some 20 to 30 s; the first
 # recording of a job takes longer than the others, as the stated rod is solved once.
-RECORDINGS = 10
+MOST_RECORDINGS = 10
 # Upper bound of the time of a recording (s).
-RECORDING = 30.0
+RECORDING_SECONDS = 30.0
 # Words in the place of a table of errors or of tolerances.
 DRAWN, EXACT, DEFAULT = "drawn", "exact", "default"
 # Key of a table of tolerances: what holds for the quantities that it does not name.
 OTHERS = "others"
 # Ending of a file that describes a transducer; other names are those of presets.
-CARD = ".toml"
+CARD_ENDING = ".toml"
 
 _Method: TypeAlias = Literal[tuple(one.value for one in Method)]  # type: ignore[valid-type]
 # A size with a unit, such as "0.1 mm", or a number in units of the rod.
@@ -131,7 +132,7 @@ class ReadingSection(Section):
     @property
     def files(self) -> list[str]:
         """Files of transducers, relative to the study file."""
-        return [name for name in self.transducer if name.endswith(CARD)]
+        return [name for name in self.transducer if name.endswith(CARD_ENDING)]
 
     def transducers(self, folder: Path) -> list[dict[str, Any]]:
         """List the transducers; that of a file has its path and the digest of its content."""
@@ -205,14 +206,14 @@ class ReadingChunk:
             **self.setup,
         }
 
-    def part(self, solver: Mapping[str, Any]) -> str:
+    def study_part(self, solver: Mapping[str, Any]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its file's metadata."""
         inputs = {**self.params, "point": same_anywhere(self.point), **solver}
         return "".join(f"{key}: {value}\n" for key, value in inputs.items())
 
     def minutes(self) -> int:
         """Return the minutes to request from a cluster."""
-        return 1 + int((START + RECORDING * (1 + self.last - self.first)) / 60)
+        return 1 + int((START_SECONDS + RECORDING_SECONDS * (1 + self.last - self.first)) / 60)
 
 
 def digest_of_point(point: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, FiniteFloat, model_
 from vibrissa.decimals import exact
 from vibrissa.outcomes import SlipLaw
 from vibrissa.study.axes import AXES, LAW_AXES, MOUNTING_AXES, Values, in_list, spell_value
-from vibrissa.study.chunks import ROD, START, Chunk, chunks_of, number_of_points
+from vibrissa.study.chunks import ROD_SECONDS, START_SECONDS, Chunk, chunks_of, number_of_points
 from vibrissa.study.sections import Count, Mistakes, Name, Section, check_bores
 from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant
 
@@ -23,7 +23,7 @@ MOST_SURFACES, MOST_PERIODS = 64, 2000
 # Where a path is given, a period is taken to be this long (L), as periods are not known beforehand.
 SHORT_PERIOD = 0.01
 # Upper bound of the time of a period (s).
-PERIOD = 0.1
+PERIOD_SECONDS = 0.1
 # A slip law: its name and the values of the further axes that bear on it, by their names.
 Law: TypeAlias = dict[str, Any]
 
@@ -136,8 +136,8 @@ class ScanSection(Section):
         overshoots = any(SlipLaw(law).overshoots for law in self.law)
         return overshoots or backward or self.stage_angle[0] < 0.0
 
-    def steps(self, dx0: float) -> int:
-        """Count the steps of the path, or the slips."""
+    def steps_or_slips(self, dx0: float) -> int:
+        """Count the steps of a path, or the slips of a scan that ends after a number of them."""
         if self.to is None:
             return self.cycles or 0
         way = sum(abs(end - begin) for begin, end in pairwise([0.0, *self.to]))
@@ -146,18 +146,18 @@ class ScanSection(Section):
     @property
     def periods(self) -> int:
         """Number of periods in a scan; an estimate if the path is given."""
-        return self.cycles or max(1, self.steps(max(SHORT_PERIOD, min(self.dx0))))
+        return self.cycles or max(1, self.steps_or_slips(max(SHORT_PERIOD, min(self.dx0))))
 
     def points(self, surfaces: int) -> int:
         """Count the scans, each times its slips or steps, over a number of surfaces."""
         rods = number_of_points({name: self.rods[name] for name in self.rods if name != "dx0"})
-        return rods * surfaces * len(self.laws) * sum(self.steps(dx0) for dx0 in self.dx0)
+        return rods * surfaces * len(self.laws) * sum(self.steps_or_slips(dx0) for dx0 in self.dx0)
 
 
 def variants_of(
     section: ScanSection, surfaces: Mapping[str, SurfaceSection], folder: Path
 ) -> list[Variant]:
-    """List the surfaces of a scan."""
+    """List the surfaces of scans; with `mu0` in place of surfaces, a plane for each coefficient."""
     if section.surface is None:
         return [{"surface": PLANE, "mu0": mu0} for mu0 in section.mu0 or ()]
     return [found for name in section.surface for found in surfaces[name].variants(name, folder)]
@@ -200,7 +200,7 @@ class ScanChunk:
         names = ("scan_name", "axes", "surfaces", "laws", "to", "cycles", "shapes", "each_step")
         return {name: getattr(self, name) for name in names}
 
-    def part(self, solver: Mapping[str, str]) -> str:
+    def study_part(self, solver: Mapping[str, str]) -> str:
         """Return the inputs that determine the chunk's rows, as text for its files' metadata."""
         # The content of a file counts, not its path, which may be another in an archive.
         inputs = {**self.params, **solver}
@@ -213,7 +213,11 @@ class ScanChunk:
     def minutes(self) -> int:
         """Return the minutes to request from a cluster."""
         scans = number_of_points(self.axes) * len(self.surfaces) * len(self.laws)
-        seconds = START + ROD * number_of_points(self.axes) + PERIOD * scans * self.periods
+        seconds = (
+            START_SECONDS
+            + ROD_SECONDS * number_of_points(self.axes)
+            + PERIOD_SECONDS * scans * self.periods
+        )
         return 1 + int(seconds / 60)
 
 

@@ -27,14 +27,14 @@ ALLOWED = {
     "tuple_type": "a list",
 }
 # Characters of a wrong value that a message shows.
-SHOWN = 60
+SHOWN_CHARACTERS = 60
 NAME_ALLOWED = "a name of at most 100 letters, digits, _ and -"
 
 
 def shown(written: object) -> str:
     """Format a value as in the file, shortened if it is long."""
     text = repr(written)
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}..."
 
 
 class Section(BaseModel):

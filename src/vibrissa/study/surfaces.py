@@ -1,16 +1,14 @@
 """Surfaces of a study file: friction and height under the tip, as functions of the place."""
 
-import csv
-from collections.abc import Callable, Mapping, Sequence
-from hashlib import sha256
+from collections.abc import Mapping
 from itertools import pairwise, product
-from math import isfinite
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Self, TypeAlias
+from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import Field, FiniteFloat, model_validator
 
 from vibrissa.study.axes import AXES, FRICTION_AXES, TEXTURE_AXES, Values, sortable
+from vibrissa.study.data_files import digest_of, file_below, read_heights, read_profile
 from vibrissa.study.sections import Mistakes, Section
 
 # Name of the surface of a scan that states mu0 itself.
@@ -18,7 +16,7 @@ PLANE = "plane"
 # A surface with one value of each of its axes, as plain values: the parameters of a job.
 Variant: TypeAlias = Mapping[str, Any]
 # Keys of which a surface has exactly one, with the further keys that each needs.
-KINDS: Mapping[str, tuple[str, ...]] = {
+FRICTION_KINDS: Mapping[str, tuple[str, ...]] = {
     "mu0": (),
     "patches": (),
     "profile": (),
@@ -26,7 +24,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 }
 
 # Keys of the heights of a surface, which are added.
-HEIGHTS = ("wave", "grooves", "rough", "heights")
+HEIGHT_KEYS = ("wave", "grooves", "rough", "heights")
 
 _Friction: TypeAlias = Annotated[FiniteFloat, Field(gt=0)]
 
@@ -99,20 +97,20 @@ class SurfaceSection(Section):
     def _is_one_kind(self) -> Self:
         mistakes = Mistakes()
         given = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        kinds = [kind for kind in KINDS if kind in given]
+        kinds = [kind for kind in FRICTION_KINDS if kind in given]
         if len(kinds) != 1:
             has = " and ".join(kinds) if kinds else "none of them"
-            mistakes.add(f"needs exactly one of the keys {', '.join(KINDS)}; it has {has}")
+            mistakes.add(f"needs exactly one of the keys {', '.join(FRICTION_KINDS)}; it has {has}")
             mistakes.refuse()
         (kind,) = kinds
-        for key in KINDS[kind]:
+        for key in FRICTION_KINDS[kind]:
             if key not in given:
                 mistakes.add(f"missing {key!r}: a surface with {kind!r} needs it")
         if not self.has_heights:
             for key in sorted(given & {"lay", "tip_radius"}):
-                text = f"needs heights ({', '.join(HEIGHTS)}); add some, or remove it"
+                text = f"needs heights ({', '.join(HEIGHT_KEYS)}); add some, or remove it"
                 mistakes.add(text, key)
-        for key in sorted(given - {kind, *KINDS[kind], *HEIGHTS, "lay", "tip_radius"}):
+        for key in sorted(given - {kind, *FRICTION_KINDS[kind], *HEIGHT_KEYS, "lay", "tip_radius"}):
             mistakes.add(f"is not a key of a surface with {kind!r}; remove it", key)
         for place, (before, after) in enumerate(pairwise(self.patches or ()), start=1):
             if not after[0] > before[0]:
@@ -134,7 +132,7 @@ class SurfaceSection(Section):
     @property
     def has_heights(self) -> bool:
         """Whether the surface is uneven."""
-        return any(getattr(self, key) is not None for key in HEIGHTS)
+        return any(getattr(self, key) is not None for key in HEIGHT_KEYS)
 
     @property
     def files(self) -> list[str]:
@@ -173,141 +171,3 @@ class SurfaceSection(Section):
             same["content"] = "-".join(digest_of(folder / file) for file in self.files)
         axes = self.axes
         return [same | dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
-
-
-def file_below(folder: Path, name: str) -> Path:
-    """Return the path of a data file of a study.
-
-    Raises
-    ------
-    ValueError
-        If there is no such file in the folder of the study file or below it, so that an archive
-        of the study would lack it.
-    """
-    path = Path(name)
-    if path.is_absolute() or ".." in path.parts or not (folder / path).is_file():
-        raise ValueError(f"there is no file {name} in the study file's folder or below it")
-    return folder / path
-
-
-def digest_of(path: Path) -> str:
-    """Compute a digest of a file's content."""
-    return sha256(path.read_bytes()).hexdigest()[:16]
-
-
-class Profile(NamedTuple):
-    """Values at increasing positions (L): friction coefficients, or heights (L)."""
-
-    x: list[float]
-    values: list[float]
-
-
-def read_profile(path: Path) -> Profile:
-    """Read a profile of friction from a CSV file with the columns ``x`` and ``mu0``.
-
-    Raises
-    ------
-    ValueError
-        If the file cannot be used; the message has its line.
-    """
-
-    def check(line: int, mu0: float) -> None:
-        if not mu0 > 0.0:
-            raise ValueError(f"{path}:{line}: mu0 must be above 0, got {mu0:g}")
-
-    return _read_profile(path, "mu0", check)
-
-
-def read_heights(path: Path) -> Profile:
-    """Read heights from a CSV file with the columns ``x`` and ``height``.
-
-    Raises
-    ------
-    ValueError
-        If the file cannot be used; the message has its line.
-    """
-    return _read_profile(path, "height", lambda line, height: None)
-
-
-def _read_profile(path: Path, name: str, check: Callable[[int, float], None]) -> Profile:
-    """Read a column over increasing positions; `check` refuses a wrong value of a line."""
-    found = Profile([], [])
-    for line, (x, value) in read_columns(path, ("x", name)):
-        check(line, value)
-        if found.x and not x > found.x[-1]:
-            raise ValueError(f"{path}:{line}: x must increase; {x:g} is not above {found.x[-1]:g}")
-        found.x.append(x)
-        found.values.append(value)
-    if len(found.x) < 2:
-        raise ValueError(f"{path}: a profile needs two rows or more")
-    return found
-
-
-class TextLine(NamedTuple):
-    """A line of a file, with its number from 1."""
-
-    number: int
-    text: str
-
-
-def lines_of(path: Path) -> list[TextLine]:
-    """Read the lines of a text in UTF-8, without those that are empty or begin with #.
-
-    Raises
-    ------
-    ValueError
-        If the file cannot be read as such a text.
-    """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path} cannot be read as a text in UTF-8: {error}") from None
-    return [
-        TextLine(number=number, text=line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-
-
-def read_columns(path: Path, names: Sequence[str]) -> list[tuple[int, list[float]]]:
-    """Read columns of numbers from a CSV file: the number of each line, and its values.
-
-    Lines that are empty or begin with # are left out.
-
-    Raises
-    ------
-    ValueError
-        If a column is missing or there twice, a row is too long, or a value is no finite number.
-    """
-    lines = lines_of(path)
-    rows = list(csv.reader([line.text for line in lines], skipinitialspace=True))
-    head = [name.strip() for name in rows[0]] if rows else []
-    absent = [name for name in names if name not in head]
-    if absent:
-        has = ", ".join(head) or "nothing"
-        raise ValueError(
-            f"{path} has no column {', '.join(absent)}; its first line has {has}, and must name "
-            f"the columns {', '.join(names)}, separated by commas"
-        )
-    for name in names:
-        if head.count(name) > 1:
-            raise ValueError(f"{path} has the column {name} twice; remove one of them")
-    found = []
-    for (number, _), row in zip(lines[1:], rows[1:], strict=True):
-        if len(row) > len(head):
-            raise ValueError(
-                f"{path}:{number}: {len(row)} values for {len(head)} columns; write 0.5, not 0,5"
-            )
-        values = []
-        for name in names:
-            place = head.index(name)
-            written = row[place] if place < len(row) else ""
-            try:
-                value = float(written)
-            except ValueError:
-                value = float("nan")
-            if not isfinite(value):
-                raise ValueError(f"{path}:{number}: {name} must be a number, got {written!r}")
-            values.append(value)
-        found.append((number, values))
-    return found

@@ -37,6 +37,20 @@ def write_batches(
     batches: Iterable[pa.Table], schema: pa.Schema, path: str | Path, study_part: str = ""
 ) -> None:
     """Write a table atomically, batch by batch, with its provenance."""
+    with writing(schema, path, study_part) as rows:
+        for batch in batches:
+            rows.add(batch)
+
+
+@contextmanager
+def writing(schema: pa.Schema, path: str | Path, study_part: str = "") -> Iterator["RowWriter"]:
+    """Open a table for writing; at the end it replaces the file, unless an error was raised.
+
+    Parameters
+    ----------
+    study_part : str
+        The part of the study file that determines the table.
+    """
     code = code_of(schema.metadata[TABLE.encode()].decode())
     added = {PROGRAM: __version__, COMMIT: commit(), CODE: code, STUDY: study_part}
     schema = schema.with_metadata({**schema.metadata, **added})
@@ -53,12 +67,39 @@ def write_batches(
             use_dictionary=texts,
             compression="zstd",
             compression_level=1,
-        ) as writer,
+        ) as file,
     ):
-        for group in _regrouped(batches, ROW_GROUP):
-            writer.write_table(group.replace_schema_metadata(schema.metadata).combine_chunks())
+        rows = RowWriter(file)
+        yield rows
+        rows.write_rest()
     with write_atomically(checksum_file(path)) as temporary:
         temporary.write_text(f"{_checksum(path)}  {Path(path).name}\n", encoding="utf-8")
+
+
+class RowWriter:
+    """Writes the rows of a table in row groups of `ROW_GROUP` rows; the last may be shorter."""
+
+    def __init__(self, file: pq.ParquetWriter) -> None:
+        self._file = file
+        # Rows that do not fill a row group yet.
+        self._waiting: list[pa.Table] = []
+
+    def add(self, batch: pa.Table) -> None:
+        """Append rows to the table."""
+        self._waiting.append(batch)
+        while sum(map(len, self._waiting)) >= ROW_GROUP:
+            rows = pa.concat_tables(self._waiting)
+            self._write(rows.slice(0, ROW_GROUP))
+            self._waiting = [rows.slice(ROW_GROUP)]
+
+    def write_rest(self) -> None:
+        """Write the rows that are left, at the end of the table."""
+        if sum(map(len, self._waiting)):
+            self._write(pa.concat_tables(self._waiting))
+
+    def _write(self, group: pa.Table) -> None:
+        own = group.replace_schema_metadata(self._file.schema.metadata)
+        self._file.write_table(own.combine_chunks())
 
 
 def checksum_file(path: str | Path) -> Path:
@@ -69,19 +110,6 @@ def checksum_file(path: str | Path) -> Path:
 def _checksum(path: str | Path) -> str:
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _regrouped(batches: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
-    """Yield the same rows in tables of `size` rows; the last may be shorter."""
-    held: list[pa.Table] = []
-    for batch in batches:
-        held.append(batch)
-        while sum(map(len, held)) >= size:
-            table = pa.concat_tables(held)
-            yield table.slice(0, size)
-            held = [table.slice(size)]
-    if sum(map(len, held)):
-        yield pa.concat_tables(held)
 
 
 @contextmanager

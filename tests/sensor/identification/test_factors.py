@@ -11,7 +11,7 @@ from responses import respond
 from steel import NOISE, identified
 from vibrissa.errors import RecordingError, WrongRodError
 from vibrissa.sensor import Whisker
-from vibrissa.sensor.identification.factors import ALL, Factor
+from vibrissa.sensor.identification.factors import ALL_LOADS, Factor
 
 ROD = Whisker(theta=2.0, eta=0.85)
 
@@ -39,8 +39,8 @@ def test_a_factor_of_the_loads_is_named(recording, gains, said):
 @pytest.mark.parametrize(
     ("group", "size", "said"),
     [
-        (ALL, 0.0625, "all loads are 0.0625 times .* the diameter is stated twice"),
-        (ALL, 3.0, r"all loads are 3 times .*: check modulus and diameter \(1.32 times"),
+        (ALL_LOADS, 0.0625, "all loads are 0.0625 times .* the diameter is stated twice"),
+        (ALL_LOADS, 3.0, r"all loads are 3 times .*: check modulus and diameter \(1.32 times"),
         ("moment_z", 25.4, "moment_z is 25.4 times .* an inch instead of mm"),
     ],
 )

@@ -11,10 +11,10 @@ from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.identification.slips import Spans
 
 # Number of blocks in all, if possible.
-IN_ALL = 20000
+MOST_BLOCKS = 20000
 # Least and largest number of blocks in one period.
-FEWEST = 8
-MOST = 64
+FEWEST_IN_PERIOD = 8
+MOST_IN_PERIOD = 64
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,7 +52,7 @@ class Blocks(Batch):
 def condensed(recording: Recording, spans: Spans) -> Blocks:
     """Divide each period of a recording into blocks, and average the samples of each block."""
     rows, period = spans.rows
-    limit = int(np.clip(IN_ALL // len(spans), FEWEST, MOST))
+    limit = int(np.clip(MOST_BLOCKS // len(spans), FEWEST_IN_PERIOD, MOST_IN_PERIOD))
     number = np.minimum(spans.counts, limit)
     block = (rows - spans.begins[period]) * number[period] // spans.counts[period]
     starts = np.flatnonzero((np.diff(block, prepend=-1) != 0) | (np.diff(period, prepend=-1) != 0))

@@ -4,15 +4,16 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 
-# The clamp rests if it travels less over WINDOW samples than the part SLOW of its usual travel.
+# Number of samples over which the travel of the clamp is compared with its usual travel.
 WINDOW = 10
-SLOW = 0.2
+# The clamp rests if it travels less than this part of it.
+SLOW_PART = 0.2
 # Quantile of travels and of loads that is called usual: the clamp may rest in most samples.
-USUAL = 0.9
+USUAL_QUANTILE = 0.9
 # Part of the usual load that counts as no load: only lift-off lowers all channels so far.
-NO_LOAD = 0.05
+NO_LOAD_PART = 0.05
 # Least number of samples of a rest, and of a lift-off.
-FEWEST = WINDOW
+FEWEST_RESTING = WINDOW
 
 
 def moving(clamp: FloatArray) -> slice:
@@ -26,7 +27,7 @@ def _rest(clamp: FloatArray) -> int:
     if len(clamp) <= 2 * WINDOW:
         return 0
     ways = np.abs(clamp[WINDOW:] - clamp[:-WINDOW])
-    moves = ways > SLOW * np.quantile(ways, USUAL)
+    moves = ways > SLOW_PART * np.quantile(ways, USUAL_QUANTILE)
     if not moves.any() or moves[0]:
         return 0
     rest = int(np.argmax(moves))
@@ -35,7 +36,7 @@ def _rest(clamp: FloatArray) -> int:
     # The motion begins in the first fast window, where the clamp leaves the scatter of its rest.
     gone = np.flatnonzero(np.abs(clamp[rest:] - level) > jitter)
     begin = rest + (int(gone[0]) if len(gone) else 0) - 1
-    return begin if begin >= FEWEST else 0
+    return begin if begin >= FEWEST_RESTING else 0
 
 
 def touching(loads: FloatArray) -> slice:
@@ -43,7 +44,7 @@ def touching(loads: FloatArray) -> slice:
     if not len(loads):
         return slice(0, 0)
     size = np.abs(loads)
-    free = np.all(size <= NO_LOAD * np.quantile(size, USUAL, axis=0), axis=1)
+    free = np.all(size <= NO_LOAD_PART * np.quantile(size, USUAL_QUANTILE, axis=0), axis=1)
     if free.all():
         return slice(0, len(loads))
     return slice(_run(free), len(loads) - _run(free[::-1]))
@@ -51,4 +52,4 @@ def touching(loads: FloatArray) -> slice:
 
 def _run(free: BoolArray) -> int:
     run = int(np.argmin(free))
-    return run if run >= FEWEST else 0
+    return run if run >= FEWEST_RESTING else 0

@@ -12,24 +12,24 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 
 # Factors that are tried, from the inverse of the last one on.
-FACTORS = np.geomspace(1.0, 3000.0, 61)
+TRIED_FACTORS = np.geomspace(1.0, 3000.0, 61)
 # Number of blocks with which a factor is tried.
-TRIED = 200
+TRIED_BLOCKS = 200
 # Largest misfit, as a part of the readings, with which loads fit the rod after a correction.
-FITS = 0.03
+FITTING_MISFIT = 0.03
 # Misfit of a tried factor from which on no factor between its neighbours fits: the misfit changes
 # by at most 1 + misfit times the change of the factor's logarithm, which is 0.13.
-HOPELESS = 0.2
+HOPELESS_MISFIT = 0.2
 # The correction must also make the misfit this many times smaller.
-LESS = 5.0
+MISFIT_FALL = 5.0
 # Largest logarithm of a factor that is taken as 1.
-SAME = 0.15
+FACTOR_ONE = 0.15
 # Largest difference of the logarithms of a factor and of a known factor that it may be.
-KNOWN = 0.08
+KNOWN_FACTOR = 0.08
 # Groups of channels that may have one wrong unit or gain.
-ALL = "all loads"
+ALL_LOADS = "all loads"
 GROUPS = {
-    ALL: (0, 1, 2),
+    ALL_LOADS: (0, 1, 2),
     "force_x and force_y": (0, 1),
     **{name: (number,) for number, name in enumerate(CHANNELS)},
 }
@@ -74,7 +74,7 @@ class Factor:
 
     def __str__(self) -> str:
         """Format the factor, and what may have this factor."""
-        of_all = self.group == ALL
+        of_all = self.group == ALL_LOADS
         known = named(self.size, OF_LOADS | (OF_ALL_LOADS if of_all else {}))
         root = self.size**0.25
         other = f"check modulus and diameter ({root:.3g} times the diameter has this effect)"
@@ -89,7 +89,7 @@ class Factor:
 def named(size: float, known: dict[float, str]) -> str:
     """Return the text of the known factor that is nearest to `size`; empty if none is near."""
     near = min(known, key=lambda factor: abs(np.log(size / factor)))
-    return known[near] if abs(np.log(size / near)) < KNOWN else ""
+    return known[near] if abs(np.log(size / near)) < KNOWN_FACTOR else ""
 
 
 def _spelled(size: float) -> str:
@@ -106,23 +106,24 @@ def likely_factor(task: Task, table: StateTable) -> str:
     """
     if travel := _travel(task, table):
         return travel
-    places = np.linspace(0, len(task.blocks) - 1, TRIED).astype(int)
+    places = np.linspace(0, len(task.blocks) - 1, TRIED_BLOCKS).astype(int)
     readings = task.blocks.readings[places]
     uncorrected = table.misfit(readings)
     best = min(_factors(task, table, readings), key=lambda factor: factor.misfit, default=None)
-    if best is None or best.misfit > min(FITS, uncorrected / LESS) or abs(np.log(best.size)) < SAME:
+    allowed = min(FITTING_MISFIT, uncorrected / MISFIT_FALL)
+    if best is None or best.misfit > allowed or abs(np.log(best.size)) < FACTOR_ONE:
         return ""
     return str(best)
 
 
 def _factors(task: Task, table: StateTable, readings: FloatArray) -> Iterator[Factor]:
     """Fit a factor to each group of channels, if there are channels outside it, or several."""
-    tried = np.log(np.concatenate([1.0 / FACTORS[:0:-1], FACTORS]))
+    tried = np.log(np.concatenate([1.0 / TRIED_FACTORS[:0:-1], TRIED_FACTORS]))
     width = float(tried[1] - tried[0])
     for group, channels in GROUPS.items():
-        if not set(channels) <= set(task.used) and group != ALL:
+        if not set(channels) <= set(task.used) and group != ALL_LOADS:
             continue
-        if len(task.used) == 1 or (group != ALL and set(channels) == set(task.used)):
+        if len(task.used) == 1 or (group != ALL_LOADS and set(channels) == set(task.used)):
             continue
         inside = np.isin(np.arange(len(CHANNELS)), channels)
 
@@ -132,7 +133,9 @@ def _factors(task: Task, table: StateTable, readings: FloatArray) -> Iterator[Fa
         def misfit(size: float) -> float:
             return table.misfit(corrected(size))
 
-        near = [size for size in tried.tolist() if table.least_misfit(corrected(size)) < HOPELESS]
+        near = [
+            size for size in tried.tolist() if table.least_misfit(corrected(size)) < HOPELESS_MISFIT
+        ]
         if not near:
             continue
         start = min(near, key=misfit)
@@ -143,7 +146,7 @@ def _factors(task: Task, table: StateTable, readings: FloatArray) -> Iterator[Fa
 def _travel(task: Task, table: StateTable) -> str:
     """Compare the travel of the clamp in the periods with that of the states of the rod."""
     blocks = task.blocks
-    if table.misfit(blocks.readings) > FITS:
+    if table.misfit(blocks.readings) > FITTING_MISFIT:
         return ""
     x0 = table.nearest(blocks.readings).x0
     count = np.bincount(blocks.period)
@@ -151,7 +154,7 @@ def _travel(task: Task, table: StateTable) -> str:
     x0 = x0 - (blocks.sums(x0) / count)[blocks.period]
     true = blocks.sums(clamp * x0) / np.maximum(blocks.sums(x0**2), np.finfo(float).tiny)
     factor = float(np.median(true[count > 1])) if (count > 1).any() else 1.0
-    if not factor > 0.0 or abs(np.log(factor)) < SAME:
+    if not factor > 0.0 or abs(np.log(factor)) < FACTOR_ONE:
         return ""
     what = named(factor, OF_POSITIONS) or "the scale of footpoint or the length of the rod is wrong"
     return f"the clamp travels {_spelled(factor)} times as far as this rod allows: perhaps {what}"

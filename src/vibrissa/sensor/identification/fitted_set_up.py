@@ -14,7 +14,7 @@ from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.unevenness import Unevenness, unevenness_of
 
 # A period does not fit by itself if its residuals have a lower probability than this.
-UNLIKELY = 1e-9
+UNLIKELY_PERIOD = 1e-9
 # Largest number of tips whose heights are compared.
 MOST_HEIGHTS = 500
 
@@ -130,4 +130,4 @@ class FittedSetUp:
         blocks = np.bincount(self.task.blocks.period)
         degrees = len(self.task.used) * blocks - self.per_period
         chance = chdtrc(np.maximum(degrees, 1), self.misfits)
-        return np.asarray(chance >= UNLIKELY)
+        return np.asarray(chance >= UNLIKELY_PERIOD)

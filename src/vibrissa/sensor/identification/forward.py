@@ -37,25 +37,26 @@ from vibrissa.scanning.response_over_eta import (
 )
 from vibrissa.scanning.stage import Held, Stage
 from vibrissa.sensor.identification.derivatives import derivatives, moved, scale_of
-from vibrissa.sensor.identification.parameters import OF_ROD, STEP
+from vibrissa.sensor.identification.parameters import OF_ROD, PARAMETER_STEP
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
-# The range of heights is cut into parts. WIDE is the width of the widest part, and ROOM the margin
-# at the ends of the range, as parts of the gap 1 − η between the surface and an upright rod.
-WIDE = 0.3
-ROOM = 0.03
+# The range of heights is cut into parts. This is the width of the widest one, over the gap 1 − η
+# between the surface and an upright rod.
+WIDEST_PART = 0.3
+# Margin at the ends of the range, over this gap.
+RANGE_MARGIN = 0.03
 # Number of heights in each part.
-FEW = 4
+HEIGHTS_IN_PART = 4
 # Width of a narrow range, which is not cut, as a part of the gap.
-NARROW = 0.1
+NARROW_RANGE = 0.1
 # Number of heights in a narrow range: loads that are interpolated in it have errors below 1e-5 of
 # their size, which neighbouring set-ups share.
-FEWEST = 3
+HEIGHTS_IN_NARROW_RANGE = 3
 # Number of stated set-ups, and of their changes by single parameters, whose responses are kept for
 # other recordings, a few megabytes each.
-KEPT = 8
+KEPT_SET_UPS = 8
 
 
 class Changes(NamedTuple):
@@ -111,7 +112,7 @@ def forward_models(
     ]
 
 
-@lru_cache(KEPT)
+@lru_cache(KEPT_SET_UPS)
 def kept_responses(*rods: Whisker) -> list[Response]:
     """Solve the responses of rods, and keep the last ones."""
     return responses(rods, partly=True)
@@ -121,14 +122,14 @@ def _nodes(whisker: Whisker, height: FloatArray) -> FloatArray:
     """Heights at which a rod is solved, a row for each part of their range (L)."""
     low, high = float(height.min()), float(height.max())
     check_range(whisker, low, high)
-    room = ROOM * (1.0 - high)
+    room = RANGE_MARGIN * (1.0 - high)
     low, high = max(low - room, NEAREST), min(high + room, FARTHEST)
-    if high - low < NARROW * (1.0 - high):
-        return np.asarray(low + (high - low) * chebyshev_nodes(FEWEST))[None]
+    if high - low < NARROW_RANGE * (1.0 - high):
+        return np.asarray(low + (high - low) * chebyshev_nodes(HEIGHTS_IN_NARROW_RANGE))[None]
     # From part to part the gap to an upright rod grows by the same factor.
-    number = max(1, int(np.ceil(np.log((1.0 - low) / (1.0 - high)) / np.log1p(WIDE))))
+    number = max(1, int(np.ceil(np.log((1.0 - low) / (1.0 - high)) / np.log1p(WIDEST_PART))))
     edges = 1.0 - np.geomspace(1.0 - low, 1.0 - high, number + 1)
-    return np.asarray(edges[:-1, None] + np.diff(edges)[:, None] * chebyshev_nodes(FEW))
+    return np.asarray(edges[:-1, None] + np.diff(edges)[:, None] * chebyshev_nodes(HEIGHTS_IN_PART))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -203,11 +204,13 @@ class ForwardModel:
             return loads
         fx = loads[..., 0]
         ahead = states.x1_init - x0
-        higher = self.heights.states(states.eta + STEP)
+        higher = self.heights.states(states.eta + PARAMETER_STEP)
         angle = states.tip_angle(x0)
-        before = states.clip(x0 - STEP)
-        along = (states.tip_angle(before) - angle) / np.where(before < x0, x0 - before, STEP)
-        upward = (higher.tip_angle(higher.clip(higher.x1_init - ahead)) - angle) / STEP
+        before = states.clip(x0 - PARAMETER_STEP)
+        along = (states.tip_angle(before) - angle) / np.where(
+            before < x0, x0 - before, PARAMETER_STEP
+        )
+        upward = (higher.tip_angle(higher.clip(higher.x1_init - ahead)) - angle) / PARAMETER_STEP
         more_x, more_y = self.radius * fx * along, self.radius * fx * upward
         moment = ahead * more_y - states.eta * more_x - self.radius * (fx + more_x)
         return np.asarray(loads + np.stack([more_x, more_y, moment], axis=-1))

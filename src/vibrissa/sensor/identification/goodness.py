@@ -20,7 +20,7 @@ from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.tolerances import displayed
 
 # Least part of a parameter's variance that a recording must remove: less is rounding.
-LITTLE = 1e-9
+LEAST_REMOVED = 1e-9
 # Quantities that are not named as causes: they act like another quantity, or explain any misfit.
 NOT_NAMED = (
     "diameter",
@@ -31,14 +31,14 @@ NOT_NAMED = (
     "drift_moment_z",
 )
 # Significance level: probability that a recording which fits is called one that does not fit.
-LEVEL = 1e-3
+SIGNIFICANCE = 1e-3
 # Degrees of freedom per reading, for noise that is estimated from second differences: neighbours
 # are correlated by −2/3, the next ones by 1/6. Differences of pairs at rest have as many.
 PER_READING = 18.0 / 35.0
 # Largest number of causes that are named.
-SOUGHT = 3
+NAMED_CAUSES = 3
 # Least part of the misfit that a cause must explain.
-EXPLAINS = 0.1
+CAUSE_EXPLAINS = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +63,7 @@ class Estimate:
         """Surprise, see this module; 0 if the recording hardly determines the parameter."""
         tolerance = self.parameter.deviation
         known = 1.0 - (self.deviation / tolerance) ** 2
-        return float(abs(self.size) / tolerance / np.sqrt(known)) if known > LITTLE else 0.0
+        return float(abs(self.size) / tolerance / np.sqrt(known)) if known > LEAST_REMOVED else 0.0
 
     @property
     def far(self) -> bool:
@@ -86,11 +86,12 @@ class Estimate:
 
 
 def most_surprise(number: int) -> float:
-    """Return the surprise that the largest of `number` surprises exceeds with probability `LEVEL`.
+    """Return the surprise that the largest of `number` surprises exceeds by chance.
 
-    The surprises are those of a recording that fits: absolute values of standard normal numbers.
+    The surprises are those of a recording that fits, absolute values of standard normal numbers;
+    the probability of this chance is `SIGNIFICANCE`.
     """
-    return float(-ndtri(0.5 * LEVEL / max(number, 1)))
+    return float(-ndtri(0.5 * SIGNIFICANCE / max(number, 1)))
 
 
 def estimates_of(
@@ -135,7 +136,7 @@ class Goodness:
             chi2=fitted.misfit - fitted.unevenness.chi2,
             degrees=fitted.degrees,
             noise_degrees=np.inf if fitted.task.noise_is_given else PER_READING * readings,
-            uneven=fitted.unevenness.chance < LEVEL,
+            uneven=fitted.unevenness.chance < SIGNIFICANCE,
         )
 
     @property
@@ -155,12 +156,12 @@ class Goodness:
     @property
     def only_uneven(self) -> bool:
         """Whether the recording fits but for the heights of the surface."""
-        return self.uneven and self.chance >= LEVEL
+        return self.uneven and self.chance >= SIGNIFICANCE
 
     @property
     def fits(self) -> bool:
         """Whether the recording fits the given set-up."""
-        return self.chance >= LEVEL and not self.uneven
+        return self.chance >= SIGNIFICANCE and not self.uneven
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,7 +220,7 @@ def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
         for parameter, excess_of in zip(parameters, size.tolist(), strict=True)
     ]
     explained = np.where(possible, np.minimum(fall / excess, 1.0), 0.0)
-    likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -fall[k])
+    likely = sorted(np.flatnonzero(explained >= CAUSE_EXPLAINS).tolist(), key=lambda k: -fall[k])
     # Readings that fit badly for other reasons, too, make each size less certain.
     scatter = np.sqrt(max(fitted.misfit / max(degrees, 1), 1.0))
     return tuple(
@@ -229,7 +230,7 @@ def causes_of(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
             deviation=float(scatter * deviation[k]),
             explained=float(explained[k]),
         )
-        for k in likely[:SOUGHT]
+        for k in likely[:NAMED_CAUSES]
     )
 
 
@@ -259,7 +260,7 @@ def _each_alone(fitted: FittedSetUp) -> _EachAlone:
         # Of a fitted parameter the fit itself says how far it would go: see this module.
         free = task.free
         left = np.diag(fitted.remaining)
-        part = np.where(1.0 - left > LITTLE, 1.0 - left, np.inf)
+        part = np.where(1.0 - left > LEAST_REMOVED, 1.0 - left, np.inf)
         size[free] = fit.p[free] / part
         deviation[free] = task.sigma[free] * np.sqrt(left / part)
         fall[free] = named[free] * fit.scores**2 / part

@@ -12,24 +12,24 @@ import numpy as np
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 
 # Readings are repeated if half of the readings stay for more than this number of rows.
-REPEATED = 1.4
+REPEATED_ROWS = 1.4
 # In rows with a new reading, nearly all channels change. With a coarse resolution they change
 # independently: of two channels that repeat so often, at most 65 % change in such a row.
-TOGETHER = 0.75
+CHANGES_TOGETHER = 0.75
 # A single channel has a coarse resolution if more than this part of its changes is one step.
 ONE_STEP = 0.5
 # The clamp moves in a hold if the load rises there by more than this part of the expected rise.
 MOVES_ON = 0.5
 # A hold that is longer than this many usual holds is a rest of the clamp.
-REST = 2.0
+REST_IN_HOLDS = 2.0
 # Least number of holds, and of changes of a value, from which anything is concluded.
-FEWEST = 8
+FEWEST_HOLDS = 8
 # Least part of successive values that are equal, or differ by more than a step.
-OFTEN = 0.1
+OFTEN_EQUAL = 0.1
 # Part of a step that is rounding.
-OF_STEP = 1e-2
+ROUNDED_PART_OF_STEP = 1e-2
 # Part of the range of the values that is rounding.
-OF_RANGE = 1e-12
+ROUNDED_PART_OF_RANGE = 1e-12
 # Largest part of the values that are distinct if each step occurs again and again.
 MOST_DISTINCT = 0.5
 
@@ -52,10 +52,10 @@ def fresh_rows(readings: FloatArray) -> BoolArray:
     every = np.ones(len(readings), dtype=bool)
     fresh = np.append(True, changes.any(axis=1))
     # A few long runs, as of readings at rest, are not repeated by the recorder.
-    if len(new) < FEWEST or np.median(np.diff(np.flatnonzero(fresh))) < REPEATED:
+    if len(new) < FEWEST_HOLDS or np.median(np.diff(np.flatnonzero(fresh))) < REPEATED_ROWS:
         return every
     if new.shape[1] > 1:
-        held = np.mean(new != 0.0) > TOGETHER
+        held = np.mean(new != 0.0) > CHANGES_TOGETHER
     else:
         size = np.abs(new)
         held = np.mean(size < 1.5 * size.min()) <= ONE_STEP
@@ -102,11 +102,11 @@ class Holds:
         readings : ndarray, shape (n, 3)
             Readings; NaN for a channel that is not used.
         """
-        if len(self.starts) < FEWEST or self.usual < 2.0:
+        if len(self.starts) < FEWEST_HOLDS or self.usual < 2.0:
             return False
         way = np.sign(np.diff(self.clamp[self.starts]))[1:, None]
         first, following = self.starts[1:-1], self.starts[2:]
-        complete = self.lengths[1:-1] <= REST * self.usual
+        complete = self.lengths[1:-1] <= REST_IN_HOLDS * self.usual
         readings = readings[:, np.isfinite(readings[0])]
         rises = ((readings[following] - readings[first]) * way)[complete]
         within = ((readings[following - 1] - readings[first]) * way)[complete]
@@ -123,14 +123,14 @@ class Holds:
         end if the last run is long.
         """
         following = self.starts[1:]
-        rests = self.lengths[:-1] > REST * self.usual
+        rests = self.lengths[:-1] > REST_IN_HOLDS * self.usual
         # The first run may have begun before the first row.
         rests[0] = True
         rows = np.concatenate([self.starts[1:], following[rests] - self.usual])
         values = np.concatenate([self.clamp[self.starts[1:]], self.clamp[self.starts[:-1]][rests]])
         order = np.argsort(rows, kind="stable")
         positions = np.interp(np.arange(len(self.clamp)), rows[order], values[order])
-        if self.lengths[-1] <= REST * self.usual:
+        if self.lengths[-1] <= REST_IN_HOLDS * self.usual:
             positions[self.starts[-1] + 1 :] = np.nan
         return np.asarray(positions)
 
@@ -152,16 +152,16 @@ def resolution(values: FloatArray) -> float:
     """
     distinct = np.unique(values)
     gaps = np.diff(distinct)
-    gaps = gaps[gaps > OF_RANGE * np.ptp(values)]
-    if len(gaps) < FEWEST:
+    gaps = gaps[gaps > ROUNDED_PART_OF_RANGE * np.ptp(values)]
+    if len(gaps) < FEWEST_HOLDS:
         return 0.0
     steps = (distinct - distinct[0]) / gaps.min()
     # A step that is printed with few digits is known by values that occur again and again.
-    if np.abs(steps - np.round(steps)).max() < OF_STEP:
+    if np.abs(steps - np.round(steps)).max() < ROUNDED_PART_OF_STEP:
         step = float(gaps.min())
     elif len(distinct) < MOST_DISTINCT * len(values):
         step = float(np.median(gaps))
     else:
         return 0.0
     ways = np.abs(np.diff(values)) / step
-    return step if np.mean(np.abs(ways - 1.0) > 0.5) > OFTEN else 0.0
+    return step if np.mean(np.abs(ways - 1.0) > 0.5) > OFTEN_EQUAL else 0.0

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 # Part of a misfit above which a quantity that explains it is taken as its only cause.
-MOST = 0.9
+ONLY_CAUSE_EXPLAINS = 0.9
 UNTARED = (
     "the zeros of the forces are not checked: state zero_force_x and zero_force_y, or record rows "
     "before the tip touches"
@@ -305,6 +305,6 @@ def _bears_on_ratio(model: Identification) -> bool:
         estimate.far and estimate.parameter.of in REFUTE_RATIO for estimate in model.estimates
     ):
         return True
-    likely = [cause.parameter.of for cause in model.causes if cause.explained > MOST]
+    likely = [cause.parameter.of for cause in model.causes if cause.explained > ONLY_CAUSE_EXPLAINS]
     elsewhere = (of not in REFUTE_RATIO for of in likely)
     return not (model.fits or any(elsewhere))

@@ -19,13 +19,13 @@ from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
 
 # Number of states of the rod in the table.
-TABLE = 4001
+STATES_IN_TABLE = 4001
 # Number of samples with which a mix-up is tested.
-SAMPLED = 300
+TESTED_SAMPLES = 300
 # Squared residual, in standard deviations, above which a sample is no state of the rod.
 MISFIT = 36.0
 # Factor by which the squared residuals must fall if a mix-up is undone: residuals fall by 15.
-MUCH = 225.0
+UNDONE_FALL = 225.0
 # Ratio of two units that are confused, such as mN and N.
 THOUSAND = 1e3
 
@@ -107,7 +107,7 @@ def table_of_states(task: Task, whisker: Whisker) -> StateTable:
     low, high = float(heights.min()), float(heights.max())
     check_range(whisker, low, high)
     (branch,) = kept_responses(whisker.level(0.5 * (low + high)))
-    x0 = np.linspace(branch.x0_pull, branch.x0_end, TABLE)
+    x0 = np.linspace(branch.x0_pull, branch.x0_end, STATES_IN_TABLE)
     loads = branch.reactions(x0)
     if len(task.used) == 1:
         # One channel distinguishes the states only as long as it grows.
@@ -124,7 +124,7 @@ def check_columns(task: Task, table: StateTable) -> None:
     MixedColumnsError
         If columns seem to be mixed up; the message names the likeliest mix-up.
     """
-    rows = np.linspace(0, len(task.recording) - 1, SAMPLED).astype(int)
+    rows = np.linspace(0, len(task.recording) - 1, TESTED_SAMPLES).astype(int)
     sample = np.nan_to_num(task.recording.readings[rows])
 
     def misfits(mixed: FloatArray) -> FloatArray:
@@ -138,7 +138,7 @@ def check_columns(task: Task, table: StateTable) -> None:
     text = min(least, key=lambda text: least[text])
     size = (task.weighted(sample @ mix_ups[text].T) ** 2).sum(axis=1)
     # If the rod is the wrong one, no mix-up brings the readings near to its states.
-    if least[text] < min(unmixed, float(np.median(size))) / MUCH:
+    if least[text] < min(unmixed, float(np.median(size))) / UNDONE_FALL:
         raise MixedColumnsError(
             f"the columns or their units seem to be mixed up: {text}. Correct that by vibrissa "
             "import --column 'CHANNEL=TITLE [UNIT]'; a minus before the title turns the sign"

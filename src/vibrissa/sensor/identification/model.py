@@ -11,7 +11,7 @@ from vibrissa.sensor.identification.factors import likely_factor
 from vibrissa.sensor.identification.fit import Fit, started
 from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
 from vibrissa.sensor.identification.goodness import (
-    SOUGHT,
+    NAMED_CAUSES,
     Cause,
     Goodness,
     causes_of,
@@ -34,9 +34,9 @@ MOST_MISFIT = 0.1
 # A recording is refused if more than this part of its samples are no states of the rod, and their
 # residuals exceed this many standard deviations of what the tolerances allow.
 MOST_OFF = 0.2
-TOLERATED = 4.0
+TOLERATED_DEVIATIONS = 4.0
 # Number of standard deviations by which a contact must move forward in a slip.
-CERTAIN = 6.0
+CERTAIN_DEVIATIONS = 6.0
 
 
 def read_model(task: Task, whisker: Whisker, table: StateTable) -> Identification:
@@ -83,7 +83,7 @@ def _causes(fitted: FittedSetUp, fits: bool) -> tuple[Cause, ...]:
     """Find likely causes of a misfit, a repeated error of the positions included."""
     repeated = None if fits else pitch_error_of(fitted)
     causes = (*causes_of(fitted, fits), *([] if repeated is None else [repeated]))
-    return tuple(sorted(causes, key=lambda cause: -cause.explained)[:SOUGHT])
+    return tuple(sorted(causes, key=lambda cause: -cause.explained)[:NAMED_CAUSES])
 
 
 def unfitted(identification: Identification, settled: bool = True) -> Check:
@@ -136,7 +136,7 @@ def _no_states(fit: Fit) -> BoolArray:
     except NoResponseError:
         return off
     allowed = (fit.task.sigma[:, None, None] * line.readings) ** 2
-    return off & (squares > TOLERATED**2 * allowed.sum(axis=(0, 2)))
+    return off & (squares > TOLERATED_DEVIATIONS**2 * allowed.sum(axis=(0, 2)))
 
 
 def _checks(fitted: FittedSetUp, periods: Periods) -> list[Check]:
@@ -146,7 +146,7 @@ def _checks(fitted: FittedSetUp, periods: Periods) -> list[Check]:
     contact = fit.model.contact(fit.u)
     own = np.hypot(fit.known**-0.5, fit.task.recording.position)
     way = np.diff(contact) * fit.task.ends.sign[:-1]
-    stays = way < CERTAIN * np.hypot(own[1:], own[:-1])
+    stays = way < CERTAIN_DEVIATIONS * np.hypot(own[1:], own[:-1])
     against = np.append(stays & ~fit.task.spans.passes[:-1], False)
     against |= periods.status == PeriodStatus.BEYOND
     why = "does not fit a tip that sticks; if slips are slow, state --slip-time"

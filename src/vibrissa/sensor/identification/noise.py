@@ -7,7 +7,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 # Differences beyond this multiple of their standard deviation are slips, not noise.
 OUTLIER = 4.0
 # Least part of the steps in which a clamp rests that moves in steps of several samples.
-OFTEN = 0.3
+OFTEN_AT_REST = 0.3
 
 
 def noise_of(readings: FloatArray, clamp: FloatArray | None = None) -> FloatArray:
@@ -20,7 +20,7 @@ def noise_of(readings: FloatArray, clamp: FloatArray | None = None) -> FloatArra
     # The second difference of three readings has 1 + 4 + 1 times their variance.
     noise = _scatter(np.diff(readings, n=2, axis=0)) / np.sqrt(6.0)
     rests = np.zeros(0, dtype=bool) if clamp is None else np.diff(clamp) == 0.0
-    if rests.sum() > OFTEN * len(rests):
+    if rests.sum() > OFTEN_AT_REST * len(rests):
         still = _scatter(np.diff(readings, axis=0)[rests]) / np.sqrt(2.0)
         noise = np.where(still > 0.0, np.fmin(noise, still), noise)
     return noise

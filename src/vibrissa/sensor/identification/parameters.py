@@ -35,9 +35,9 @@ BEARING = (
 # an angle to the surface may be a surface at an angle to the transducer.
 REFUTE_RATIO = (*BEARING, "stage_angle", SLOPE)
 # Numbers of the channels without which a parameter has no effect on the recording.
-NEEDS = {"moment_origin_x": 2, "moment_origin_y": 2}
+NEEDED_CHANNEL = {"moment_origin_x": 2, "moment_origin_y": 2}
 # Step of a difference quotient, in units of the parameter.
-STEP = 1e-4
+PARAMETER_STEP = 1e-4
 # Step for the height, as a part of the gap between the surface and an upright rod.
 STEP_IN_GAP = 1e-3
 # Largest values that are tried for a set-up: angle (rad), curvature (1/L), radius of the tip (L).
@@ -49,9 +49,9 @@ LEAST_SCALE = 0.1
 # Largest part of the modulus that is taken away, and of the tip that is bored.
 LEAST_WALL = 0.95
 # Places along the rod at which the modulus is compared (L).
-PLACES = np.linspace(0.01, 1.0, 100)
+MODULUS_PLACES = np.linspace(0.01, 1.0, 100)
 # Number of half waves of a drift. All further half waves have 0.11 of the line's deviation.
-WAVES = 8
+DRIFT_WAVES = 8
 # Matrices that, times the loads, are the change of the readings per unit of a parameter: E, d0⁴,
 # axes turned from x to y, and the moment about a point (a, b), which is smaller by a·fy − b·fx.
 MIXING = {
@@ -120,7 +120,7 @@ class Parameter:
     wave: int = 0
     low: float = -np.inf
     high: float = np.inf
-    step: float = STEP
+    step: float = PARAMETER_STEP
 
     @property
     def of_zero(self) -> bool:
@@ -134,7 +134,7 @@ class Bounds:
 
     low: float = -np.inf
     high: float = np.inf
-    step: float = STEP
+    step: float = PARAMETER_STEP
 
 
 def ranges_of(rod: MountedRod | None) -> dict[str, Bounds]:
@@ -149,7 +149,7 @@ def ranges_of(rod: MountedRod | None) -> dict[str, Bounds]:
     # The tip of a tube is thicker than its bore.
     thinnest = min(MOST_TAPER, LEAST_WALL / mounting.bore) if mounting.bore else MOST_TAPER
     # The modulus stays positive: its change c1·s may take a part of it away.
-    least = np.min(modulus(PLACES, mounting.making) / PLACES)
+    least = np.min(modulus(MODULUS_PLACES, mounting.making) / MODULUS_PLACES)
     return {
         "theta": Bounds(low=1.0 - rod.theta, high=thinnest - rod.theta),
         # Downwards, as forces are singular where the rod is upright.
@@ -166,7 +166,7 @@ def ranges_of(rod: MountedRod | None) -> dict[str, Bounds]:
         ),
         "clamp_compliance": Bounds(low=-mounting.clamp_compliance),
         # A rod that lies on the surface has no neighbour that is curved towards the surface.
-        "curvature": Bounds(low=-MOST_CURVED, high=MOST_CURVED, step=-STEP),
+        "curvature": Bounds(low=-MOST_CURVED, high=MOST_CURVED, step=-PARAMETER_STEP),
         "stiffening": Bounds(low=-LEAST_WALL * float(least)),
         "tip_radius": Bounds(low=0.0, high=min(ROUNDEST, rod.eta - NEAREST)),
         "transducer_angle": Bounds(low=-MOST_ANGLE, high=MOST_ANGLE),
@@ -195,7 +195,9 @@ def parameters_of(
     there = np.isfinite(full_scale)
     ranges = ranges_of(whisker)
     unbounded = Bounds()
-    channels = {name: NEEDS.get(name, quantity.channel) for name, quantity in TOLERABLE.items()}
+    channels = {
+        name: NEEDED_CHANNEL.get(name, quantity.channel) for name, quantity in TOLERABLE.items()
+    }
     each = (
         Parameter(
             name=name,
@@ -222,7 +224,7 @@ def _parts(parameter: Parameter, full_scale: FloatArray) -> Iterator[Parameter]:
             yield replace(parameter, name=name, effect=_mixed(matrix))
     elif parameter.of.startswith("drift_"):
         yield replace(parameter, effect=_zero(channel, np.asarray))
-        for wave in range(1, WAVES + 1):
+        for wave in range(1, DRIFT_WAVES + 1):
             name = f"{parameter.of}, wave {wave}"
             part = np.sqrt(2.0) / (np.pi * wave)
             effect = _zero(channel, _half_waves(wave))

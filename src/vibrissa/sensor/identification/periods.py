@@ -11,17 +11,17 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.propagation import HALF_WIDTH, half_width, step_deviation
 from vibrissa.sensor.identification.recording import FORCES
-from vibrissa.sensor.identification.slips import LOST, Spans, usual_step
+from vibrissa.sensor.identification.slips import LOST_STEP, Spans, usual_step
 from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.task import Task
 from vibrissa.wording import counted
 
 # Least number of samples of a period that is not doubted.
-FEW = 4
+FEW_SAMPLES = 4
 # Weights of the mean over a step, by its beginning, middle and end.
 SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
 # Number of periods whose lines a note lists.
-NAMED = 3
+LISTED_PERIODS = 3
 
 
 class Grade(StrEnum):
@@ -167,8 +167,10 @@ class Periods(Batch):
         if check.periods.all():
             return ""
         doubted = self.take(check.periods)
-        lines = zip(doubted.first_line[:NAMED], doubted.last_line[:NAMED], strict=True)
-        more = ", ..." if len(doubted) > NAMED else ""
+        lines = zip(
+            doubted.first_line[:LISTED_PERIODS], doubted.last_line[:LISTED_PERIODS], strict=True
+        )
+        more = ", ..." if len(doubted) > LISTED_PERIODS else ""
         shown = ", ".join(f"{first}-{last}" for first, last in lines)
         return f": {len(doubted)} of {len(self)} periods, line {shown}{more}"
 
@@ -283,16 +285,16 @@ def _checks_of(clamp: FloatArray, spans: Spans) -> list[Check]:
     ends = spans.ends
     usual = usual_step(clamp)
     gap = clamp[spans.after] - clamp[ends]
-    lost = spans.cut | (np.abs(gap) > LOST * usual)
-    came = clamp[ends] - clamp[np.maximum(ends - FEW, spans.begins)]
-    went = clamp[np.minimum(spans.after + FEW, len(clamp) - 1)] - clamp[spans.after]
+    lost = spans.cut | (np.abs(gap) > LOST_STEP * usual)
+    came = clamp[ends] - clamp[np.maximum(ends - FEW_SAMPLES, spans.begins)]
+    went = clamp[np.minimum(spans.after + FEW_SAMPLES, len(clamp) - 1)] - clamp[spans.after]
     turned = came * np.where(went == 0.0, gap, went) < 0.0
-    few = spans.counts < FEW
-    coarse = bool(np.median(spans.counts) < 2 * FEW)
+    few = spans.counts < FEW_SAMPLES
+    coarse = bool(np.median(spans.counts) < 2 * FEW_SAMPLES)
     # A period of few samples may be a spike; the period before then went on. The last period of a
     # recording may be short for another reason.
     before = np.append(few[1:-1], [False, False])[: len(few)]
-    finer = f"fewer than {FEW} samples in a period: sample more finely"
+    finer = f"fewer than {FEW_SAMPLES} samples in a period: sample more finely"
     jumped = "samples are missing at a period's end, or the clamp jumped or turned (measure again)"
     spike = "too few samples: a spike, or the clamp rests (cut that off by import --from, --to)"
     return [

@@ -21,7 +21,7 @@ from vibrissa.sensor.location import Located, located
 from vibrissa.sensor.whisker import Whisker
 
 # Step of the difference quotients of loads, as a part of the largest load of each channel.
-STEP = 1e-5
+LOAD_STEP = 1e-5
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -109,7 +109,7 @@ def profile_of(task: Task, whisker: Whisker) -> ContactProfile:
     nothing = dict.fromkeys(task.number, 0.0)
     contact = located(whisker, clamp, loads)
     places = _places(contact, whisker)
-    step = STEP * np.abs(loads).max(axis=0)
+    step = LOAD_STEP * np.abs(loads).max(axis=0)
     # Derivatives with respect to the loads, shape (3, 2, n).
     by_load = np.array(
         [

@@ -18,7 +18,7 @@ HALF_WIDTH = float(ndtri(0.5 * (1.0 + COVERAGE)))
 # Number of bisections of a half width, which leave 10^-9 of its upper bound.
 BISECTIONS = 30
 # Least ratio of a uniform error to a normal error, and of a normal to a uniform one, that counts.
-LITTLE = 1e-6
+LEAST_RATIO = 1e-6
 
 
 def half_width(half: FloatArray, normal: FloatArray) -> FloatArray:
@@ -32,12 +32,12 @@ def half_width(half: FloatArray, normal: FloatArray) -> FloatArray:
         Standard deviation s of the normal error.
     """
     low, high = np.zeros_like(half), half + HALF_WIDTH * normal
-    sure = np.maximum(normal, LITTLE * half)
+    sure = np.maximum(normal, LEAST_RATIO * half)
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         more = _inside(middle, half, sure) < COVERAGE
         low, high = np.where(more, middle, low), np.where(more, high, middle)
-    return np.where(half > LITTLE * normal, 0.5 * (low + high), HALF_WIDTH * normal)
+    return np.where(half > LEAST_RATIO * normal, 0.5 * (low + high), HALF_WIDTH * normal)
 
 
 def _inside(width: FloatArray, half: FloatArray, normal: FloatArray) -> FloatArray:

@@ -35,26 +35,26 @@ from vibrissa.sensor.identification.task import Task
 MOST_DEGREE = 6
 # Largest change of μ0 by all further degrees, as a part of the change by the next degree. For
 # smooth forces the change by each degree is a tenth of that by the degree before.
-REST = 0.2
+FURTHER_DEGREES = 0.2
 # Error of μ0 that is assumed for a period with too few samples for a degree.
-UNREAD = 0.1
+UNREAD_ERROR = 0.1
 # Probability of its residuals below which a fit is not used.
-UNLIKELY = 1e-9
+UNLIKELY_FIT = 1e-9
 # Least ratio of the smallest to the largest eigenvalue of a fit that is determined by its samples;
 # with evenly spaced samples it is 1e-3.
 LEAST_DETERMINED = 1e-12
 # Largest distance of an extrapolation, in lengths of the window.
 MOST_BEYOND = 1e3
 # Part of a window that is rounding, not a distance.
-ROUNDING = 1e-9
+ROUNDED_PART_OF_WINDOW = 1e-9
 # Beginning, middle and end of the step in which the tip slips.
-STEP = np.array([0.0, 0.5, 1.0])
+PLACES_IN_STEP = np.array([0.0, 0.5, 1.0])
 # Places in a window, from its beginning to the last sample. The tip has locked if the ratio at one
-# of them is larger than at the last sample by CERTAIN standard deviations.
-PLACES = np.linspace(-1.0, 0.0, 9)
-CERTAIN = 6.0
+# of them is larger than at the last sample by CERTAIN_DEVIATIONS standard deviations.
+PLACES_IN_WINDOW = np.linspace(-1.0, 0.0, 9)
+CERTAIN_DEVIATIONS = 6.0
 # Least normal force with which the tip presses on the surface, in standard deviations.
-PRESSES = 10.0
+PRESSING_DEVIATIONS = 10.0
 # If more than this part of the periods end past a lock, the forces may be swapped.
 MOST_LOCK = 0.5
 
@@ -90,7 +90,7 @@ class Onsets:
     chance: FloatArray
     change: float = 0.0
     between: float = 0.0
-    shared: float = UNREAD
+    shared: float = UNREAD_ERROR
 
     def ratio(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Ratio of the forces at k values of t, and its standard deviation, each shape (p, k)."""
@@ -119,7 +119,7 @@ class Onsets:
     def error(self) -> float:
         """Mean square error of μ0 over all periods."""
         by_step = (self.along[:, 2] - self.along[:, 0]) / np.sqrt(12.0)
-        own = np.nan_to_num(np.hypot(self.own, by_step), nan=UNREAD)
+        own = np.nan_to_num(np.hypot(self.own, by_step), nan=UNREAD_ERROR)
         return float((own**2).mean() + self.shared**2)
 
 
@@ -147,7 +147,7 @@ def in_window(blocks: Blocks, ends: PeriodEnds) -> tuple[Blocks, FloatArray]:
     length = np.minimum(length, np.median(length))
     # Signed, so that the places in the window are negative whichever way the clamp moved.
     length *= np.where(blocks.sums(way) > 0.0, -1.0, 1.0)
-    near = np.abs(way) <= np.abs(length)[blocks.period] * (1.0 + ROUNDING)
+    near = np.abs(way) <= np.abs(length)[blocks.period] * (1.0 + ROUNDED_PART_OF_WINDOW)
     # The last block always belongs to the window, even if the clamp turned.
     near[np.append(blocks.starts[1:], len(blocks)) - 1] = True
     window = blocks.take(near)
@@ -197,7 +197,7 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
     gap = np.where(task.spans.cut, 0.0, ends.gap)
     window, length = in_window(task.blocks, ends)
     length = np.where(np.abs(gap) < MOST_BEYOND * np.abs(length), length, np.nan)
-    step = (task.recording.lag[task.spans.ends] + gap * STEP[:, None]).T / length[:, None]
+    step = (task.recording.lag[task.spans.ends] + gap * PLACES_IN_STEP[:, None]).T / length[:, None]
     noise = task.noise[FORCES]
     if position:
         # Noise of the positions acts as noise of the forces, which grow with the position.
@@ -211,7 +211,7 @@ def read_onsets(task: Task) -> tuple[Onsets, FloatArray]:
     # have no more coefficients than half of the samples.
     half = int(np.median(np.bincount(window.period))) // 2
     tested = fits[chosen : max(half - 1, chosen + 1)]
-    likely = min(tested, key=lambda fit: int((fit.chance <= UNLIKELY).sum()))
+    likely = min(tested, key=lambda fit: int((fit.chance <= UNLIKELY_FIT).sum()))
     best = replace(corrected[chosen], chance=likely.chance)
     # The middle of the step in which the tip slips is the mean of two positions.
     way = np.where(gap != 0.0, np.abs(gap), np.inf)
@@ -223,7 +223,7 @@ def _corrected(low: Onsets, high: Onsets) -> Onsets:
     """Add to μ0 by `low` the mean change to μ0 by `high`, both in the middle of the step."""
     change = (high.along - low.along)[:, 1]
     variance = high.own**2 - low.own**2
-    informative = (variance > 0.0) & (high.chance > UNLIKELY)
+    informative = (variance > 0.0) & (high.chance > UNLIKELY_FIT)
     if not informative.any():
         return low
     change = change[informative]
@@ -231,7 +231,7 @@ def _corrected(low: Onsets, high: Onsets) -> Onsets:
     between, _ = variance_between(change, variance)
     weight = 1.0 / (variance + between)
     mean = float((weight * change).sum() / weight.sum())
-    shared = float(np.hypot(weight.sum() ** -0.5, REST * mean))
+    shared = float(np.hypot(weight.sum() ** -0.5, FURTHER_DEGREES * mean))
     return replace(low, change=mean, between=between, shared=shared)
 
 
@@ -270,7 +270,7 @@ def read_ratio(task: Task) -> Identification:
     return Identification(
         recording=task.recording,
         periods=periods.ended(status, least - HALF_WIDTH * common).doubted(
-            Check(Grade.WRONG, onsets.chance <= UNLIKELY, hidden),
+            Check(Grade.WRONG, onsets.chance <= UNLIKELY_FIT, hidden),
             Check(Grade.WRONG, status == PeriodStatus.BEYOND, against),
         ),
         units=task.units,
@@ -324,20 +324,20 @@ def _statuses(onsets: Onsets, task: Task) -> tuple[StrArray, FloatArray]:
     """Status of each period, and a lower bound of its μ0."""
     spans = task.spans
     noise = task.noise[FORCES]
-    ratio, deviation = onsets.ratio(PLACES)
+    ratio, deviation = onsets.ratio(PLACES_IN_WINDOW)
     # Without enough samples for a polynomial, the last sample alone gives a ratio.
     fx, fy = task.recording.readings[spans.ends][:, FORCES].T
-    presses = fy < -PRESSES * noise[1]
+    presses = fy < -PRESSING_DEVIATIONS * noise[1]
     alone = task.ends.sign * fx / np.where(presses, fy, np.nan)
     error = deviation_of(alone, fy, noise)
-    fallen = (ratio - ratio[:, -1:]) > CERTAIN * np.hypot(deviation, deviation[:, -1:])
+    fallen = (ratio - ratio[:, -1:]) > CERTAIN_DEVIATIONS * np.hypot(deviation, deviation[:, -1:])
     locked = fallen.any(axis=1) | spans.swung
     curve = ratio - HALF_WIDTH * deviation
     least = np.fmax(alone - HALF_WIDTH * error, curve[:, -1])
     peak = np.max(np.nan_to_num(curve, nan=-np.inf), axis=1)
     status = np.select(
         [
-            least < -CERTAIN * error,
+            least < -CERTAIN_DEVIATIONS * error,
             locked,
             spans.cut | spans.opened,
             np.isnan(onsets.along[:, 1]) | ~presses,

@@ -26,17 +26,17 @@ IMPORT = "If the file has other titles or another layout, convert it with vibris
 # Least number of samples of a recording: a period and a slip.
 FEWEST_SAMPLES = 3
 # Samples over which positions and speeds of the clamp are averaged.
-STEPS = 9
+AVERAGED_SAMPLES = 9
 # Number of stretches of lines that a note lists.
-LISTED = 5
+LISTED_STRETCHES = 5
 # If the clamp rests in more than this part of the steps, it does so on purpose, and its positions
 # have no noise.
-RESTS = 0.1
+RESTING_PART = 0.1
 # Least way back of a noisy clamp that turns, in standard deviations of one position: the noise of
 # the averaged positions comes to half of it.
-TURN = 6.0
+TURN_DEVIATIONS = 6.0
 # A row belongs to the rows without load up to this many median deviations from their median.
-TOUCHES = 7.0
+LOADED_DEVIATIONS = 7.0
 
 # Numbers of the channels of the two forces, and of the moment.
 FORCES = [0, 1]
@@ -99,7 +99,7 @@ class Recording(Batch):
     @cached_property
     def direction(self) -> FloatArray:
         """Direction of the clamp's motion between successive samples, 1 or −1, shape (n − 1,)."""
-        return direction(self.smooth, TURN * self.position)
+        return direction(self.smooth, TURN_DEVIATIONS * self.position)
 
     @property
     def lag(self) -> FloatArray:
@@ -139,7 +139,7 @@ def direction(clamp: FloatArray, noise: float) -> FloatArray:
 def _averaged(values: FloatArray) -> FloatArray:
     from scipy.ndimage import uniform_filter1d  # half a second to load
 
-    return np.asarray(uniform_filter1d(values, STEPS, mode="nearest"))
+    return np.asarray(uniform_filter1d(values, AVERAGED_SAMPLES, mode="nearest"))
 
 
 def read_recording(
@@ -252,7 +252,7 @@ def _scanned(recording: Recording, used: list[int]) -> Recording:
     # Rows during touch-down and lift-off have a load. The least change is a step of the resolution.
     off = np.abs(air - np.median(air, axis=0))
     least = np.min(off, axis=0, where=off > 0.0, initial=np.inf)
-    air = air[~(off > TOUCHES * np.maximum(np.median(off, axis=0), least)).any(axis=1)]
+    air = air[~(off > LOADED_DEVIATIONS * np.maximum(np.median(off, axis=0), least)).any(axis=1)]
     if not len(air):
         return recording
     middle = 0.5 * (loaded.start or loaded.stop + len(rows))
@@ -329,6 +329,8 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
     if not len(lines):
         return ()
     runs = np.split(lines, np.flatnonzero(np.diff(lines) > 1) + 1)
-    shown = [f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs[:LISTED]]
-    more = ["..."] if len(runs) > LISTED else []
+    shown = [
+        f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs[:LISTED_STRETCHES]
+    ]
+    more = ["..."] if len(runs) > LISTED_STRETCHES else []
     return (f"{why} in {counted(len(lines), 'row')}, left out: line {', '.join(shown + more)}",)

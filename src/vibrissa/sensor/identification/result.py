@@ -24,11 +24,11 @@ from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
 from vibrissa.wording import counted
 
 # Number of standard deviations above which the means disagree.
-MEANS = 4.0
+MEANS_DISAGREE = 4.0
 # The same for the frictions of one period.
-ONE = 6.0
+PERIODS_DISAGREE = 6.0
 # Least number of periods whose means are compared.
-FEWEST = 3
+FEWEST_COMPARED = 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -43,7 +43,7 @@ class Beside:
     difference, spread : float
         Mean of μ0 by the model less μ0 by the ratio, and the standard deviation of this mean. If
         the methods disagree in fewer than half of the periods, these periods are left out. NaN if
-        fewer than `FEWEST` periods can be compared.
+        fewer than `FEWEST_COMPARED` periods can be compared.
     number : int
         Number of periods in the mean.
     off : ndarray of bool, shape (p,)
@@ -60,11 +60,11 @@ class Beside:
     @property
     def agrees(self) -> bool:
         """Whether the means by both methods agree; true if they are not known."""
-        return not abs(self.difference) > MEANS * self.spread
+        return not abs(self.difference) > MEANS_DISAGREE * self.spread
 
     def __str__(self) -> str:
         """Format the difference as a line."""
-        within = f"within {MEANS:g} standard deviations"
+        within = f"within {MEANS_DISAGREE:g} standard deviations"
         verdict = f"they agree {within}" if self.agrees else "they disagree: one of them is wrong"
         return (
             "the model of the rod and the ratio of the forces differ by "
@@ -202,11 +202,13 @@ def beside(model: Identification, ratio: Identification) -> Beside:
     own = by_model.by_noise**2 + by_ratio.by_noise**2
     # Both methods have the same error of the onset within the step.
     by_step = np.abs(by_model.by_step - by_ratio.by_step)
-    alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + by_ratio.common**2))
+    alone = known & (
+        np.abs(apart) > PERIODS_DISAGREE * np.sqrt(own + by_step**2 + by_ratio.common**2)
+    )
     difference = spread = np.nan
     # A single period that disagrees does not make all periods doubtful.
     kept = known & ~alone if 2 * alone.sum() < known.sum() else known
-    if known.sum() >= FEWEST:
+    if known.sum() >= FEWEST_COMPARED:
         effect = by_ratio.effects[kept].mean(axis=0)[None]
         variance = common_deviation(effect, ratio.covariance)[0] ** 2
         variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
@@ -214,7 +216,7 @@ def beside(model: Identification, ratio: Identification) -> Beside:
     return Beside(
         ratio=np.where(known, by_ratio.mu0, np.nan),
         deviation=np.where(known, by_ratio.deviation, np.nan),
-        off=alone | (abs(difference) > MEANS * spread),
+        off=alone | (abs(difference) > MEANS_DISAGREE * spread),
         difference=difference,
         spread=spread,
         number=int(kept.sum()),

@@ -16,18 +16,18 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.units import Kind, Units
 from vibrissa.sensor.identification.fit import LEAST_WEIGHT, Fit
 from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
-from vibrissa.sensor.identification.goodness import LEVEL, Cause
+from vibrissa.sensor.identification.goodness import SIGNIFICANCE, Cause
 
 # Least number of blocks of samples in a pitch.
-FINEST = 4.0
+FEWEST_BLOCKS = 4.0
 # Least number of pitches in the scan.
-FEWEST = 4.0
+FEWEST_PITCHES = 4.0
 # Waves that are tried for each additional wave in the scan.
-FINER = 4
+TRIED_PER_WAVE = 4
 # Largest number of waves that are tried.
 MOST_TRIED = 4000
 # Least part of the misfit that the error must explain: slow waves explain a part of any misfit.
-EXPLAINS = 0.5
+PITCH_EXPLAINS = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,17 +98,17 @@ def pitch_error_of(fitted: FittedSetUp) -> PitchError | None:
     # Readings change along `slope` where positions are wrong.
     weight = np.where(fit.rows, (fit.slope**2).sum(axis=1), 0.0)
     along = np.where(fit.rows, (fitted.misses * fit.slope).sum(axis=1), 0.0)
-    most = way / (FINEST * np.median(steps[steps > 0.0]))
-    number = int(np.clip(FINER * (most - FEWEST), 0, MOST_TRIED))
+    most = way / (FEWEST_BLOCKS * np.median(steps[steps > 0.0]))
+    number = int(np.clip(TRIED_PER_WAVE * (most - FEWEST_PITCHES), 0, MOST_TRIED))
     if not number:
         return None
-    waves = 2.0 * np.pi / way * np.linspace(FEWEST, most, number)
+    waves = 2.0 * np.pi / way * np.linspace(FEWEST_PITCHES, most, number)
     alone = _fitted([_alone(fit, weight, along, wave) for wave in waves.tolist()])
     best = float(waves[np.argmax(alone.fall)])
     found = _fitted([_with_set_up(fitted, weight, best)])
     fall, size = float(found.fall[0]), float(found.size[0])
     # Each wave has two coefficients: χ² of two degrees of freedom falls by more with exp(−fall/2).
-    if number * np.exp(-0.5 * fall) > LEVEL or fall < EXPLAINS * excess:
+    if number * np.exp(-0.5 * fall) > SIGNIFICANCE or fall < PITCH_EXPLAINS * excess:
         return None
     left = max((fitted.misfit - fall) / max(degrees, 1), 1.0)
     return PitchError(

@@ -26,7 +26,7 @@ MOST_STEPS = 20
 # Number of lengths that are tried for a step, each half of the one before.
 HALVINGS = 6
 # Change of χ² that is rounding: readings without noise fit as well as that.
-NOTHING = 1e-10
+ROUNDED_CHI2 = 1e-10
 # If less than this part of the periods does not fit, these are left out of the fit.
 MOST_ALONE = 0.5
 
@@ -57,7 +57,7 @@ def _searched(start: Linearisation) -> FittedSetUp:
     for _ in range(MOST_STEPS):
         before = line.total(best)
         better = _better(best, line)
-        small = better is None or before - line.total(better) < SETTLED * before + NOTHING
+        small = better is None or before - line.total(better) < SETTLED * before + ROUNDED_CHI2
         if better is not None:
             best = better
         if small and fresh:
@@ -86,7 +86,7 @@ def _better(fit: Fit, line: Linearisation) -> Fit | None:
     step = lsq_linear(root, aim, within, method="bvls").x
     free = fit.task.free
     sigma = fit.task.sigma
-    most = line.total(fit) * (1.0 + SETTLED) + NOTHING
+    most = line.total(fit) * (1.0 + SETTLED) + ROUNDED_CHI2
     for part in 0.5 ** np.arange(HALVINGS):
         p = fit.p.copy()
         p[free] = sigma[free] * np.clip(fit.scores + part * step, low, high)

@@ -15,21 +15,21 @@ from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.noise import noise_of
-from vibrissa.sensor.identification.recording import FORCES, MOMENT, RESTS, Recording
+from vibrissa.sensor.identification.recording import FORCES, MOMENT, RESTING_PART, Recording
 
 # A fall by this many standard deviations of one reading is a slip. In 10^5 samples whose load
 # hardly changes from one to the next, noise makes such a fall in one recording of ten.
-FALL = 8.0
+SLIP_FALL = 8.0
 # Least fall from one sample to the next within a slip, in standard deviations, that is not noise.
 STEP_FALL = 5.0
 # Signs of the changes of fx, fy and m in a slip while the clamp moves forward; fy has either sign.
 FALLING = np.array([1.0, np.nan, -1.0])
 # Distance of a spike from the mean of its neighbours, in standard deviations.
-SPIKE = 8.0
+SPIKE_HEIGHT = 8.0
 # Length of a step, in usual steps, above which it is long.
-LONG = 1.5
+LONG_STEP = 1.5
 # Length of a step, in usual steps, above which samples were lost.
-LOST = 10.0
+LOST_STEP = 10.0
 # If the tip sticks over a long step, the load rises by more than this part of the usual rise over
 # such a distance; if the tip slips, it rises by less.
 STICKS_ON = 0.5
@@ -38,17 +38,17 @@ STICKS_ON = 0.5
 TURNED = 0.7
 PRESSED = 0.85
 # Part of a step that is rounding, not noise of the positions.
-EVEN = 1e-3
+ROUNDED_PART_OF_STEP = 1e-3
 # Largest number of rows between two periods that may belong to a single slip.
 MOST_BETWEEN = 10
 # Least rise of the load, in standard deviations, by which a channel is weighted.
 LEAST_RISE = 1e-9
 # Least part of the samples in which the load falls if the tip slips too often.
-TEETH = 0.25
+TEETH_PART = 0.25
 # Largest median deviation within slips and within rises, as a part of the distance between both.
-DISTINCT = 0.15
+DISTINCT_SPREAD = 0.15
 # Difference of a step from the usual step, in standard deviations of a position, that is not noise.
-ANOTHER = 6.0
+ANOTHER_STEP = 6.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -148,36 +148,38 @@ def spikes(readings: FloatArray, way: FloatArray) -> BoolArray:
     """
     before, middle, after = readings[:-2], readings[1:-1], readings[2:]
     off = np.abs(middle - 0.5 * (after + before))
-    lone = np.pad((off > SPIKE) & (off > 2.0 * np.abs(after - before)), ((1, 1), (0, 0)))
+    lone = np.pad((off > SPIKE_HEIGHT) & (off > 2.0 * np.abs(after - before)), ((1, 1), (0, 0)))
     # If successive samples are all far from their neighbours, the tip slips in every other step.
     alone = lone[1:-1] & ~(lone[2:] | lone[:-2])
     # The load also has a peak where the clamp turns, and where a slip follows.
-    peak = ((after - before) * FALLING * way[:-1, None] > FALL).any(axis=1) | (way[1:] != way[:-1])
+    peak = ((after - before) * FALLING * way[:-1, None] > SLIP_FALL).any(axis=1) | (
+        way[1:] != way[:-1]
+    )
     return np.pad(alone.any(axis=1) & ~peak, 1)
 
 
 def _large_falls(load: Sequence[float]) -> Iterator[tuple[int, int]]:
-    """Yield the rows of the peak and of the trough of each fall above `FALL`.
+    """Yield the rows of the peak and of the trough of each fall above `SLIP_FALL`.
 
-    A fall ends where the load has risen by `FALL` above its trough. (`scipy.signal.find_peaks`
+    A fall ends where the load has risen by `SLIP_FALL` above its trough. (`scipy.signal.find_peaks`
     finds the same peaks by their prominence, but takes half a second to load.)
     """
     peak = trough = 0
     for row, value in enumerate(load):
-        falls = load[peak] - load[trough] > FALL
-        if falls and value - load[trough] >= FALL:
+        falls = load[peak] - load[trough] > SLIP_FALL
+        if falls and value - load[trough] >= SLIP_FALL:
             yield peak, trough
             peak = trough = row
         elif not falls and value >= load[peak]:
             peak = trough = row
         elif value < load[trough]:
             trough = row
-    if load[peak] - load[trough] > FALL:
+    if load[peak] - load[trough] > SLIP_FALL:
         yield peak, trough
 
 
 def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
-    """Find the first and the last row of each period; periods end with falls above `FALL`."""
+    """Find the first and the last row of each period; periods end with falls above `SLIP_FALL`."""
     load = -np.cumsum(np.append(0.0, falls))
     begins, ends = [0], []
     for peak, trough in _large_falls(load.tolist()):
@@ -199,8 +201,8 @@ def _spans(recording: Recording, falls: FloatArray) -> Spans:
     usual = usual_step(clamp)
     moves = steps > 0.0
     rise = np.median(-falls[moves] / steps[moves]) * steps if moves.any() else steps
-    short = rise + falls > np.maximum(FALL, STICKS_ON * rise)
-    rows = np.flatnonzero(short & (steps > LONG * usual))
+    short = rise + falls > np.maximum(SLIP_FALL, STICKS_ON * rise)
+    rows = np.flatnonzero(short & (steps > LONG_STEP * usual))
     # Long steps between two periods belong to a slip that was found.
     last = rows[rows < ends[np.searchsorted(begins, rows, side="right") - 1]]
     ends = np.sort(np.append(ends, last))
@@ -213,7 +215,7 @@ def _spans(recording: Recording, falls: FloatArray) -> Spans:
         ends=ends,
         after=after,
         cut=np.isin(ends, last),
-        passes=turned & (np.append(steps, 0.0)[ends] > LOST * usual),
+        passes=turned & (np.append(steps, 0.0)[ends] > LOST_STEP * usual),
         swung=np.zeros(len(ends), dtype=bool),
     )
     several = spans.ends > spans.begins
@@ -233,17 +235,17 @@ def check_slips(recording: Recording, spans: Spans, noise: FloatArray) -> None:
     load = readings[:, 0] if np.isfinite(noise[FORCES]).all() else -readings[:, MOMENT]
     falls = np.diff(load) * recording.direction
     frequent = not recording.position and _saw_teeth(falls)
-    if frequent and len(spans) < TEETH * np.count_nonzero(falls > 0.0):
+    if frequent and len(spans) < TEETH_PART * np.count_nonzero(falls > 0.0):
         raise RecordingError(
             "the load falls in every second to third sample: the tip slips too often to see a "
             "period of sticking; sample more finely"
         )
-    usual = np.abs(np.diff(clamp)) <= LOST * usual_step(clamp)
+    usual = np.abs(np.diff(clamp)) <= LOST_STEP * usual_step(clamp)
     # With coarse samples the load rises in every step: subtract the median rise.
     sudden = falls - np.median(falls)
-    clear = sudden[(np.abs(sudden) > FALL) & usual]
+    clear = sudden[(np.abs(sudden) > SLIP_FALL) & usual]
     # A load that rises from sample to sample, as it should, may rise unevenly.
-    rises = np.median(falls) < -FALL / np.sqrt(len(falls))
+    rises = np.median(falls) < -SLIP_FALL / np.sqrt(len(falls))
     if not rises and (clear**3).sum() < 0.0:
         raise RecordingError(
             "during slips the load on the clamp grows instead of falling: the sign of force_x, "
@@ -261,12 +263,12 @@ def _saw_teeth(falls: FloatArray) -> bool:
     With noise, small changes are the most frequent ones.
     """
     slips, rises = falls[falls > 0.0], falls[falls < 0.0]
-    if not min(len(slips), len(rises)) or len(slips) < TEETH * len(falls):
+    if not min(len(slips), len(rises)) or len(slips) < TEETH_PART * len(falls):
         return False
     slip, rise = np.median(slips), np.median(rises)
     spreads = [np.median(np.abs(slips - slip)), np.median(np.abs(rises - rise))]
     # Noise below the resolution has few values, too: most of them are equal.
-    return bool(LEAST_RISE < min(spreads) and max(spreads) < DISTINCT * (slip - rise))
+    return bool(LEAST_RISE < min(spreads) and max(spreads) < DISTINCT_SPREAD * (slip - rise))
 
 
 def usual_step(clamp: FloatArray) -> float:
@@ -282,8 +284,10 @@ def position_noise(clamp: FloatArray) -> float:
     """
     steps = np.diff(clamp)
     scatter = noise_of(clamp[:, None])[0]
-    rests = np.mean(steps == 0.0) > RESTS if len(steps) else True
-    return 0.0 if rests or not scatter > EVEN * usual_step(clamp) else float(scatter)
+    rests = np.mean(steps == 0.0) > RESTING_PART if len(steps) else True
+    return (
+        0.0 if rests or not scatter > ROUNDED_PART_OF_STEP * usual_step(clamp) else float(scatter)
+    )
 
 
 def before_swing(recording: Recording, spans: Spans, noise: FloatArray) -> tuple[Recording, Spans]:
@@ -296,7 +300,7 @@ def before_swing(recording: Recording, spans: Spans, noise: FloatArray) -> tuple
     way = recording.direction[last]
     before, after = way * forces[last, 0], way * forces[first, 0]
     # Nor is a force that may be noise a reason to leave out the rest.
-    turned = (before < 0.0) & (after > np.maximum(-TURNED * before, FALL * noise[0]))
+    turned = (before < 0.0) & (after > np.maximum(-TURNED * before, SLIP_FALL * noise[0]))
     # In contrast, after a slip beyond α = 0 the pulled tip presses much less than before.
     turned &= forces[first, 1] < PRESSED * forces[last, 1]
     if not turned.any():
@@ -325,7 +329,7 @@ def ends_of(recording: Recording, spans: Spans) -> PeriodEnds:
     sign = recording.direction[np.maximum(step, 0)]
     if position:
         usual = sign * usual_step(recording.smooth)
-        same = (np.abs(gap - usual) < ANOTHER * position) & ~unseen
+        same = (np.abs(gap - usual) < ANOTHER_STEP * position) & ~unseen
         last = np.where(same, last + 0.5 * (gap - usual), last)
         gap = np.where(same, usual, gap)
     return PeriodEnds(clamp=last, gap=gap, sign=sign)

@@ -13,7 +13,7 @@ from scipy.special import erf
 from vibrissa.numerics.arrays import FloatArray
 
 # Periods whose covariances are computed together, to save memory.
-BLOCK = 512
+PERIODS_AT_ONCE = 512
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +53,8 @@ class Slope:
         """
         part = weights * self.errors(mu0)
         total = 0.0
-        for start in range(0, len(part), BLOCK):
-            here = slice(start, start + BLOCK)
+        for start in range(0, len(part), PERIODS_AT_ONCE):
+            here = slice(start, start + PERIODS_AT_ONCE)
             apart = (place[here, None] - place) / self.length
             total += float(part[here] @ (np.exp(-0.5 * apart**2) @ part))
         return total

@@ -25,7 +25,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.identification.goodness import LEVEL
+from vibrissa.sensor.identification.goodness import SIGNIFICANCE
 from vibrissa.sensor.identification.parameters import SLOPE
 from vibrissa.sensor.identification.periods import Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.propagation import common_deviation, variance_between
@@ -41,11 +41,11 @@ MOST_WRONG = 0.5
 # deviation remained.
 HELPS = 0.95
 # Largest number of such quantities that are named.
-NAMED = 3
+NAMED_LIMITS = 3
 # Part of a variance that is rounding of a difference.
-ROUNDING = 1e-12
+ROUNDED_PART_OF_VARIANCE = 1e-12
 # Least variance.
-LEAST = 1e-200
+LEAST_VARIANCE = 1e-200
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -161,7 +161,7 @@ class FrictionSummary:
     def _parts(self) -> Iterator[str]:
         yield f"± {self.random:.1g} is random, ± {self.common:.1g} the same in all periods"
         gains = {name: to for name, to in self.if_exact.items() if to < HELPS * self.deviation}
-        first = [f"{name} (then ± {to:.2g})" for name, to in gains.items()][:NAMED]
+        first = [f"{name} (then ± {to:.2g})" for name, to in gains.items()][:NAMED_LIMITS]
         if first:
             yield f"measure first: {', '.join(first)}"
 
@@ -177,7 +177,7 @@ class FrictionSummary:
                 "Candidates, each taken alone:" if causes else "No single difference explains it."
             )
             size = f"chi2 is {fit.ratio:.3g} per degree of freedom"
-            if fit.chance >= LEVEL:
+            if fit.chance >= SIGNIFICANCE:
                 size = "the surface rises and falls by more than surface_slope allows"
             yield f"The recording does not fit the set-up ({size}). {each}"
         yield from (f"  {cause.spelled(self.found.units)}" for cause in causes)
@@ -220,7 +220,7 @@ def _with_mean(known: FrictionSummary, used: Periods) -> FrictionSummary:
     noise = used.by_noise**2
     step = used.by_step**2
     # A period without any error would have all the weight.
-    floor = np.maximum(ROUNDING * used.deviation**2, LEAST)
+    floor = np.maximum(ROUNDED_PART_OF_VARIANCE * used.deviation**2, LEAST_VARIANCE)
     between, error = variance_between(used.mu0, np.maximum(noise, floor))
     rises = np.clip(np.nan_to_num(np.median(1.0 - used.start / used.mu0), nan=1.0), 0.0, 1.0)
     same_step = np.maximum(step - rises**2 * max(0.0, between - 2.0 * error), 0.0)
@@ -240,7 +240,7 @@ def _with_mean(known: FrictionSummary, used: Periods) -> FrictionSummary:
         mean=float(weights @ used.mu0),
         random=float(random),
         common=float(common),
-        variation=_variation(used.mu0, np.maximum(noise + step, LEAST)),
+        variation=_variation(used.mu0, np.maximum(noise + step, LEAST_VARIANCE)),
         if_exact=dict(sorted(exact.items(), key=lambda item: item[1])),
     )
 
@@ -262,6 +262,6 @@ def _variation(mu0: FloatArray, variance: FloatArray) -> float:
     """Estimate the variation of μ0 from place to place; 0 unless Cochran's test shows it."""
     mean = np.average(mu0, weights=1.0 / variance)
     squares = float(((mu0 - mean) ** 2 / variance).sum())
-    if len(mu0) < 2 or chdtrc(len(mu0) - 1, squares) >= LEVEL:
+    if len(mu0) < 2 or chdtrc(len(mu0) - 1, squares) >= SIGNIFICANCE:
         return 0.0
     return float(np.sqrt(variance_between(mu0, variance)[0]))

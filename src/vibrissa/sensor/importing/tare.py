@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.identification.ends import FEWEST, moving, touching
+from vibrissa.sensor.identification.ends import FEWEST_RESTING, moving, touching
 from vibrissa.sensor.identification.noise import noise_of
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -215,7 +215,7 @@ def free_before(values: Values, kept: BoolArray) -> int:
     free = unloaded(
         {name: each[:end] for name, each in values.items()}, int(np.argmax(kept)) or end
     )
-    return free if free >= FEWEST else 0
+    return free if free >= FEWEST_RESTING else 0
 
 
 def free_after(values: Values, kept: BoolArray) -> int:
@@ -266,9 +266,9 @@ def unloaded(values: Values, begin: int) -> int:
     if "footpoint" in values:
         scan = moving(clamp[rows])
         begin, end = min(begin, scan.start), scan.stop
-    if not FEWEST < begin < end - FEWEST:
+    if not FEWEST_RESTING < begin < end - FEWEST_RESTING:
         return 0
-    load = readings - np.median(readings[:FEWEST])
+    load = readings - np.median(readings[:FEWEST_RESTING])
     moved = load[begin:end]
     moved = moved[touching(moved[:, None])]
     usual = np.median(moved)

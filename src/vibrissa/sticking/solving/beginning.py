@@ -29,7 +29,7 @@ HIGHEST, FIRST_SHARE = 0.999, 0.1
 DIVISION, SHORTEST_STEP = 4.0, 1e-4
 # Largest difference between a state and its guess, relative to the range of slopes along the rod: a
 # state further away is on another branch.
-NEAR = 0.3
+SAME_BRANCH = 0.3
 # A branch that cannot be followed further ends in a limit point if its margin of stability is below
 # this.
 END_MARGIN = 0.1
@@ -201,7 +201,7 @@ def _homotopy(
 def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
     """Whether states are so close to their guesses that they are on the same branch."""
     bend = np.ptp(states.phi, axis=1)
-    return np.asarray(np.abs(states.phi - guess.phi).max(axis=1) < NEAR * bend)
+    return np.asarray(np.abs(states.phi - guess.phi).max(axis=1) < SAME_BRANCH * bend)
 
 
 def with_active_contact(

@@ -24,7 +24,7 @@ from vibrissa.sticking.piece import CONTACT_SLACK, NO_PIECES, Pieces
 from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.cutting import cut, exact_ends, guessed
-from vibrissa.sticking.solving.finishing import NOTHING, Finished, finished
+from vibrissa.sticking.solving.finishing import NONE_FINISHED, Finished, finished
 from vibrissa.sticking.solving.following import (
     CLOSENESS,
     Closeness,
@@ -215,7 +215,7 @@ def _curves(
     uncut = []
     for row in rows:
         pushed, retracted = paths[row]
-        retraction = NOTHING
+        retraction = NONE_FINISHED
         # A retraction on request may be resolved in part only.
         if retracted is not None and (retract or retracted.whole):
             retraction = retracted.found
@@ -369,7 +369,7 @@ def _resolved(
         finished(one, branches, side, model, round_rods=round_rods, ideal=ideal)
         for one in resolve(guess)
     )
-    found = Finished.concatenate([NOTHING, *solved])
+    found = Finished.concatenate([NONE_FINISHED, *solved])
     length = found.pieces.stop - found.pieces.start
     covered = np.bincount(found.knot, length, len(knots))[parts.first]
     complete = covered > parts.length * (1.0 - 1e-9)

@@ -6,7 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from vibrissa.mechanics.admissibility import ALL, LIMITS, TOLERANCE, Clearance, clearances
+from vibrissa.mechanics.admissibility import (
+    ALL_CLEARANCES,
+    CLEARANCE_TOLERANCE,
+    LIMITING_CLEARANCES,
+    Clearance,
+    clearances,
+)
 from vibrissa.mechanics.lateral import lateral_stability
 from vibrissa.mechanics.mounting import CURVATURE
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
@@ -34,14 +40,15 @@ from vibrissa.sticking.solving.refinement import PathStates, Resolved
 
 # Accuracy of the place where shapes become inadmissible, as a fraction of a part.
 LIMIT_TOLERANCE = 1e-11
-# A part with less clearance than CLOSE (L) is examined closely, at ZOOM states in each interval in
-# which a limit may lie.
-CLOSE, ZOOM = 0.1, 17
+# A part with less clearance (L) is examined closely.
+CLOSE_CLEARANCE = 0.1
+# Number of states in each interval of such a part in which a limit may lie.
+CLOSE_STATES = 17
 # Number of states of a part that are examined first. Few suffice, because shapes stay inadmissible
 # over a long range of x0, or until the tip is level.
 STATES_LOOKED_AT = 17
 # Slope of a tip (rad) above which no rod arches over the surface.
-NEARLY_LEVEL = 0.01
+ARCHLESS_SLOPE = 0.01
 # Intervals, as fractions of a part, over which the margin is taken as linear to find its zero.
 BUCKLING_WIDTHS = (1e-4, 1e-7)
 
@@ -68,7 +75,7 @@ class Finished(Batch):
     residual: FloatArray
 
 
-NOTHING = Finished(
+NONE_FINISHED = Finished(
     knot=np.empty(0, dtype=np.int64),
     pieces=NO_PIECES,
     limits=ShapeLimits.unknown(0),
@@ -102,11 +109,13 @@ def finished(
         level = np.empty(0)
         if parts.rods.shape[1] > CURVATURE.start and not parts.line[row]:
             level = _level(found.loads[row, :, 4])
-        if len(level) or nearest[row] < CLOSE:
+        if len(level) or nearest[row] < CLOSE_CLEARANCE:
             part, at = found.take([row]), np.union1d(position, level)
             seen = _looked_at(part, at).each(np.ravel) if len(level) else looked.take(row)
-            share, how = _limit(part, at, seen, LIMITS[model])
-            if model is Contact.POINT and (len(level) or looked.surface[row].min() < CLOSE):
+            share, how = _limit(part, at, seen, LIMITING_CLEARANCES[model])
+            if model is Contact.POINT and (
+                len(level) or looked.surface[row].min() < CLOSE_CLEARANCE
+            ):
                 arch, _ = _limit(part, at, seen, ("surface",))
                 arches[row] = parts.start[row] + arch * parts.length[row]
             out_of_reach[row] = parts.start[row] + share * parts.length[row]
@@ -180,7 +189,7 @@ def _level(phi1: FloatArray) -> FloatArray:
     """
     series = chebyshev_transform(len(phi1)) @ phi1
     # No Chebyshev polynomial exceeds 1.
-    if np.abs(series[0]) - np.abs(series[1:]).sum() > NEARLY_LEVEL:
+    if np.abs(series[0]) - np.abs(series[1:]).sum() > ARCHLESS_SLOPE:
         return np.empty(0)
     extremes = chebyshev_roots(chebyshev_derivative(len(phi1)) @ series)
     return np.union1d(chebyshev_roots(series), extremes)
@@ -209,7 +218,9 @@ def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
     return found
 
 
-def _looked_at(found: Resolved, at: FloatArray, wanted: Collection[str] = ALL) -> Clearance:
+def _looked_at(
+    found: Resolved, at: FloatArray, wanted: Collection[str] = ALL_CLEARANCES
+) -> Clearance:
     """Clearances of the shapes at fractions `at` of each part; shape (parts, len(at))."""
     closing, offset = found.path.parts.closing, found.loads[:, :, 0]
     offset = offset @ interpolation(found.path.count, at).T
@@ -232,7 +243,7 @@ def _limit(
     looked = seen.only(names)
     while True:
         known = len(at)
-        beyond = int(np.append(looked.smallest < -TOLERANCE, True).argmax())
+        beyond = int(np.append(looked.smallest < -CLEARANCE_TOLERANCE, True).argmax())
         at = _with_dips(at, looked, beyond)
         if len(at) == known:
             break
@@ -253,18 +264,18 @@ def _with_dips(at: FloatArray, looked: Clearance, beyond: int) -> FloatArray:
     places = [at]
     # Each clearance is smooth by itself; the smallest of them is not.
     for values in looked.columns.values():
-        lowest = (values < CLOSE) & (values <= np.minimum(values[before], values[after]))
+        lowest = (values < CLOSE_CLEARANCE) & (values <= np.minimum(values[before], values[after]))
         # A rod that lies on the surface is at 0 up to rounding, or counts as far from it.
         far = np.isinf(np.maximum(values[before], values[after]))
-        lowest &= ~(far & (np.abs(values) < TOLERANCE))
+        lowest &= ~(far & (np.abs(values) < CLEARANCE_TOLERANCE))
         for k in np.flatnonzero(lowest[:beyond]):
             rise = max(values[before[k]], values[after[k]]) - values[k]
             low, high = at[before[k]], at[after[k]]
             # Between equally spaced samples, even a kinked minimum is below the lowest sample by at
             # most the rise to the next one. The factor 4 allows for unequal spacing, and the
             # tolerance excludes minima that are rounding errors.
-            if values[k] + TOLERANCE < 4.0 * rise and high - low > LIMIT_TOLERANCE:
-                places.append(np.linspace(low, high, ZOOM))
+            if values[k] + CLEARANCE_TOLERANCE < 4.0 * rise and high - low > LIMIT_TOLERANCE:
+                places.append(np.linspace(low, high, CLOSE_STATES))
     return np.unique(np.concatenate(places))
 
 
@@ -274,7 +285,10 @@ def _first_inadmissible(look: Callable[[FloatArray], Clearance], low: float, hig
 
     def excess(at: float) -> float:
         # Large clearances are infinite.
-        return float(np.minimum(look(np.array([at])).smallest, CLOSE)[0]) + TOLERANCE
+        return (
+            float(np.minimum(look(np.array([at])).smallest, CLOSE_CLEARANCE)[0])
+            + CLEARANCE_TOLERANCE
+        )
 
     if low == high or excess(low) <= 0.0:
         return low

@@ -26,7 +26,7 @@ AIM, TOO_FAR = 0.04, 0.2
 LEAST_COSINE = 0.5
 # A path turns back if the displacement falls faster than this along it. While a thin tip peels off
 # the surface or rolls onto it, the displacement is nearly constant.
-BACK = 1e-4
+TURNS_BACK = 1e-4
 # A path that needs more steps is given up.
 MOST_STEPS = 400
 # Accuracy of the states, which serve as guesses for exact solutions.
@@ -146,7 +146,7 @@ def follow(
             some = branches.take(new.branch)
             here, ahead, solved, kinks = _with_kinks(some, old, new, model)
             known += [here.take(solved), ahead.take(kinks & solved)]
-            back = ahead.direction[:, 0] * side[new.branch] < -BACK
+            back = ahead.direction[:, 0] * side[new.branch] < -TURNS_BACK
             turned[new.branch[kinks & solved & back]] = True
             last, before = last.with_rows(rows, ahead), before.with_rows(rows, old)
             step[rows] = np.where(kinks, np.minimum(step[rows], FIRST_STEP), step[rows])

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.admissibility import LIMITS, clearances
+from vibrissa.mechanics.admissibility import LIMITING_CLEARANCES, clearances
 from vibrissa.mechanics.equations import OFFSET, ClosingCondition, ends
 from vibrissa.mechanics.mounting import Mounting, rod_columns
 from vibrissa.mechanics.stability import stability
@@ -20,7 +20,7 @@ from vibrissa.sticking.solving.refinement import NOT_RESOLVED
 # A state with a smaller margin of stability is at a limit point.
 FOLD_MARGIN = 1e-3
 # Fractions of a step at which the offset is compared with the prescribed offset.
-PARTS = np.linspace(0.0, 1.0, 65)
+STEP_FRACTIONS = np.linspace(0.0, 1.0, 65)
 NOT_FOLLOWED = (
     "no state at this x1 was found on the branch from alpha = 0; the branch may end before this x1"
 )
@@ -68,12 +68,12 @@ def _reached(begun: Beginning, offset: float, model: Contact, longest: float) ->
     reached = ends(knots.states).offset
     for high in np.flatnonzero(knots.step > 0.0):
         pair = np.array([high - 1, high])
-        step = np.full(len(PARTS), knots.step[high])
+        step = np.full(len(STEP_FRACTIONS), knots.step[high])
         # The displacement may turn back within a step.
-        along = hermite(PARTS, step, *reached[pair], *slope[pair])
+        along = hermite(STEP_FRACTIONS, step, *reached[pair], *slope[pair])
         beyond = (offset - along) * side >= 0.0
         if beyond.any():
-            share = PARTS[[int(beyond.argmax())]]
+            share = STEP_FRACTIONS[[int(beyond.argmax())]]
             return between(knots.take(pair[:1]), knots.take(pair[1:]), share)
     return None
 
@@ -87,7 +87,7 @@ def _solved(
     closing = ClosingCondition.prescribing(begun.branches.eta, {OFFSET: 1.0}, offset)
     for _, state, residual in resolved_states(guess, closing):
         if len(state):
-            if how := clearances(state, closing.height, LIMITS[model]).reasons(0):
+            if how := clearances(state, closing.height, LIMITING_CLEARANCES[model]).reasons(0):
                 return StateSolution(None, np.nan, Status.OUT_OF_REACH, how)
             return StateSolution(state, float(residual[0]), Status.SOLVED, "")
     why = AT_FOLD if stability(guess)[0] < FOLD_MARGIN else NOT_RESOLVED

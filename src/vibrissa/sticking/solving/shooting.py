@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.admissibility import LIMITS, TOLERANCE, clearances
+from vibrissa.mechanics.admissibility import CLEARANCE_TOLERANCE, LIMITING_CLEARANCES, clearances
 from vibrissa.mechanics.buckling import buckled_unknowns
 from vibrissa.mechanics.elastica import deformed_shape, rod_equations
 from vibrissa.mechanics.equations import ends
@@ -317,8 +317,8 @@ def _limit(theta: float, eta: float, states: PathState, x1_init: float) -> Shape
         unknowns=np.column_stack([phi, states.reaction_fx, states.reaction_fy, states.s_c]),
         line=np.zeros(len(states), dtype=bool),
     )
-    clearance = clearances(shapes, np.full(len(states), eta), LIMITS[Contact.POINT])
-    beyond = clearance.smallest < -TOLERANCE
+    clearance = clearances(shapes, np.full(len(states), eta), LIMITING_CLEARANCES[Contact.POINT])
+    beyond = clearance.smallest < -CLEARANCE_TOLERANCE
     first, unknown = int(beyond.argmax()), np.full(1, np.nan)
     return ShapeLimits(
         out_of_reach=np.where(beyond.any(), states.x0[[first]], np.nan),
