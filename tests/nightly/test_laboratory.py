@@ -7,7 +7,8 @@ import pytest
 
 from validation.sensor import costs, laboratory, laboratory_table
 from validation.sensor.bench import Bench, Friction, scan
-from validation.sensor.laboratory import ROWS, Said, Score, of_entry, recorded
+from validation.sensor.laboratory import Score, of_entry, recorded
+from validation.sensor.laboratory_rows import DEGREE, ROWS, Row, Said
 from validation.sensor.mistakes import MISTAKES, UNITS, everything
 from vibrissa.scanning import surfaces
 from vibrissa.sensor import Method, Setup, identify
@@ -77,7 +78,7 @@ def test_the_ratio_of_a_turned_transducer_is_doubted_where_a_rod_is_given():
 @pytest.mark.parametrize("said", [Said.NOTHING, Said.ENOUGH])
 def test_a_stage_that_is_nearly_level_is_read_by_all_methods(said):
     # By the moment its angle would change the friction by 0.002 at the end.
-    row = laboratory.Row(title="", sizes={"stage_angle": 0.5 * laboratory.DEGREE})
+    row = Row(title="", sizes={"stage_angle": 0.5 * DEGREE})
     frame, truth = recorded(row, said, 31)
     for method in laboratory.METHODS:
         score = laboratory.scored(laboratory.read(frame, row, said, method), truth)

@@ -11,9 +11,7 @@ interval, and the recording is not doubted.
 
 import argparse
 import multiprocessing
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 
@@ -23,6 +21,8 @@ import pandas as pd
 from validation.records import write_record
 from validation.sensor.bench import scan
 from validation.sensor.bench_rod import NoStateError
+from validation.sensor.laboratory_rows import ROWS, Said, sign_of
+from validation.sensor.laboratory_table import passes, table
 from validation.sensor.mistakes import (
     DIAMETER,
     LENGTH,
@@ -44,7 +44,6 @@ from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances
 
 NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS
 STEP, WAY = 2e-4, 0.2
-DEGREE = np.pi / 180.0
 METHODS = tuple(Method)
 # A recording is doubted if at least this share of its friction values is doubted.
 DOUBTED = 0.5
@@ -53,125 +52,6 @@ FIRST = 1000
 # Recordings with all errors drawn for each recording of another entry: the means of few recordings
 # do not show whether 95 % of them are in their intervals.
 DRAWN = 10
-
-
-class Said(StrEnum):
-    """Tolerances that are given for a set-up error.
-
-    Attributes
-    ----------
-    NOTHING
-        The default tolerances. The error has a fixed size, with alternating sign.
-    ENOUGH
-        The size of the error is its tolerance, one standard deviation, and the error is drawn from
-        this distribution. Everything else is stated to be exact.
-    LITTLE
-        A tenth of the error's fixed size is its tolerance. Everything else is stated to be exact.
-    """
-
-    NOTHING = "default"
-    ENOUGH = "right"
-    LITTLE = "small"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Row:
-    """A set-up error of the table.
-
-    Attributes
-    ----------
-    title : str
-    sizes : mapping of str to float
-        Sizes of errors by their names in `MISTAKES`; all of them occur together.
-    surface : float
-        Inclination of the surface against clamp, stage and transducer (rad).
-    on_the_way : bool
-        Whether the tip slips while the stage moves, and not while it rests.
-    all_at_once : bool
-        Whether all errors occur, drawn from the default tolerances.
-    forces_alone : bool
-        Whether the moment is not recorded.
-    encoder : float
-        Standard deviation of the recorded positions (L), which the laboratory does not state.
-    without_rod : bool
-        Whether the laboratory does not state the rod.
-    """
-
-    title: str
-    sizes: Mapping[str, float]
-    surface: float = 0.0
-    on_the_way: bool = False
-    all_at_once: bool = False
-    forces_alone: bool = False
-    encoder: float = 0.0
-    without_rod: bool = False
-
-    @property
-    def tolerances(self):
-        """Standard deviations, by tolerance, that equal the size of the error."""
-        angles = dict.fromkeys(("clamp_angle", "stage_angle", "transducer_angle"), self.surface)
-        return {**self.sizes, **(angles if self.surface else {})}
-
-    @property
-    def ways(self):
-        """Tolerances with which the table shows this error."""
-        if self.all_at_once:
-            return [Said.NOTHING]
-        # Without a rod, a wrong tolerance of a zero cannot be noticed.
-        some = [Said.NOTHING, Said.ENOUGH]
-        return list(Said) if self.tolerances and not self.without_rod else some
-
-    def contained(self, said):
-        """Return whether the tolerances allow for the error."""
-        if said is Said.LITTLE:
-            return False
-        return said is Said.ENOUGH or self.all_at_once or not self.tolerances
-
-
-def _one(title, name, size):
-    return Row(title=title, sizes={name: size})
-
-
-_DRIFT = 0.02 / UNITS[0]
-ROWS = (
-    Row(title="nothing", sizes={}),
-    Row(title="everything, drawn from what is assumed", sizes={}, all_at_once=True),
-    _one("clamp inclined by 2°", "clamp_angle", 2.0 * DEGREE),
-    _one("clamp inclined by 0.5°", "clamp_angle", 0.5 * DEGREE),
-    _one("E 5 % off", "modulus", 0.05),
-    _one("E 1 % off", "modulus", 0.01),
-    _one("θ 2.1 for 2", "theta", 0.1),
-    _one("θ 2.02 for 2", "theta", 0.02),
-    _one("η 1 % off", "eta", 0.0085),
-    _one("clamp yields by 0.5°", "clamp_compliance", 0.018),
-    _one("rod bent by 1 % of its length", "curvature", 0.08),
-    _one("moment taken 1 mm beside", "moment_origin_x", 0.01),
-    _one("moment taken 1 mm below", "moment_origin_y", 0.01),
-    Row(title="surface inclined by 0.5°", sizes={}, surface=0.5 * DEGREE),
-    _one("transducer turned by 1°", "transducer_angle", DEGREE),
-    _one("transducer turned by 0.3°", "transducer_angle", 0.3 * DEGREE),
-    _one("crosstalk 1 %", "crosstalk", 0.01),
-    _one("stage scale 1 % off", "stage_scale", 0.01),
-    Row(
-        title="zeros of both forces drift by 20 mN",
-        sizes={"drift_force_x": _DRIFT, "drift_force_y": _DRIFT},
-    ),
-    Row(
-        title="the same, no moment recorded",
-        sizes={"drift_force_x": _DRIFT, "drift_force_y": _DRIFT},
-        forces_alone=True,
-    ),
-    _one("slope of the surface ±1° over 30 mm", "surface_slope", 0.0123),
-    Row(title="tip slips while the stage moves", sizes={}, on_the_way=True),
-    _one("E falls by 1 % per decade of time", "creep", 0.01),
-    Row(title="positions with a noise of 5 µm", sizes={}, encoder=5e-5),
-    Row(
-        title="channels not tared, 60 mN, no rod",
-        sizes={"zero_force_x": _DRIFT * 3.0},
-        forces_alone=True,
-        without_rod=True,
-    ),
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,11 +119,6 @@ def recorded(row, said, seed):
     frame = pd.DataFrame({"footpoint [mm]": found.stage * LENGTH * 1e3})
     frame = frame.assign(**dict(zip(names, loads, strict=True)))
     return frame.drop(columns="moment_z [N*m]") if row.forces_alone else frame, found
-
-
-def sign_of(seed):
-    """Return the sign of an error of fixed size, which alternates with the seed."""
-    return 1.0 if seed % 2 else -1.0
 
 
 def believed(**stated):
@@ -365,8 +240,6 @@ def main():
         help="file for the scores; those that it has count, and are not computed again",
     )
     arguments = parser.parse_args()
-    from validation.sensor.laboratory_table import passes, table
-
     rows, seeds = arguments.row or range(len(ROWS)), arguments.seeds
     if arguments.drawn:
         rows = [number for number, row in enumerate(ROWS) if row.all_at_once]

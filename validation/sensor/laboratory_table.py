@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import binom
 
-from validation.sensor.laboratory import ROWS, Said, sign_of
+from validation.sensor.laboratory_rows import ROWS, Said, sign_of
 
 # Stated coverage, and bounds of the observed coverage.
 STATED, LOW, HIGH = 0.95, 0.93, 0.99

@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 
 from validation.sensor.bench import Bench, Friction, scan
-from validation.sensor.laboratory import NOISE, ROWS, STEP, Said, believed, in_words, read, recorded
+from validation.sensor.laboratory import NOISE, STEP, believed, in_words, read, recorded
+from validation.sensor.laboratory_rows import ROWS, Said
 from validation.sensor.mistakes import LENGTH, UNITS
 from vibrissa.sensor import Method, PeriodStatus, Setup, identify
 from vibrissa.sensor.identification import search

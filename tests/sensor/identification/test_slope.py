@@ -10,7 +10,8 @@ from responses import respond
 from steel import NOISE, identified, measured, recording_of
 from validation.sensor import laboratory
 from validation.sensor.bench import scan
-from validation.sensor.laboratory import ROWS, Said, recorded
+from validation.sensor.laboratory import recorded
+from validation.sensor.laboratory_rows import ROWS, Said
 from validation.sensor.mistakes import bench_of
 from vibrissa.mechanics.rod import Rod
 from vibrissa.scanning import surfaces
