@@ -53,7 +53,7 @@ def test_a_mistake_within_its_tolerance_is_covered(title, method, seed):
 @pytest.mark.parametrize(("encoder", "most"), [(0.0, 0.97), (5e-5, 0.99)])
 def test_intervals_hold_the_truth_as_often_as_they_say(method, encoder, most):
     """Of some 600 periods 95 % have a standard error of 0.9 %."""
-    row, inside, errors = laboratory.Row(title="", sizes={}, encoder=encoder), [], []
+    row, inside, errors = Row(title="", sizes={}, encoder=encoder), [], []
     for seed in range(200, 230):
         frame, truth = recorded(row, Said.ENOUGH, seed)
         periods = laboratory.read(frame, row, Said.ENOUGH, method).periods

@@ -4,9 +4,9 @@ No result of one curve depends on other curves, not even by rounding.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from vibrissa.sticking.piece import (
     AHEAD,
     BACK,
     CONTACT_SLACK,
+    NO_PIECES,
     ROUNDED_FORCE,
     PathState,
     Pieces,
@@ -27,8 +28,39 @@ from vibrissa.sticking.piece import (
 )
 from vibrissa.sticking.shapes import RowStates
 
-if TYPE_CHECKING:
-    from vibrissa.sticking.curve import StickingCurve
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SolvedPath:
+    """Pieces of an equilibrium path that was solved, its lock and its end.
+
+    Attributes
+    ----------
+    status : Status
+        ``solved``, ``failed``, or ``out_of_reach`` if a shape before the lock is inadmissible; the
+        path then has the states before this shape, if any.
+    pieces : Pieces
+        Smooth pieces of the path at x0 ≥ 0, where the clamp pushes the tip; x0 increases.
+    retraction : Pieces
+        Smooth pieces at x0 < 0, where the clamp is pulled back; empty if they were not solved. For
+        planar rods and non-ideal mountings they are solved only with the argument `retract` of
+        `vibrissa.sticking.api.solve_curves`.
+    x0_lock, mu_lock : float
+        Displacement (L) at which −tan α is largest on the path, and −tan α there. If the normal
+        force vanishes while the clamp pushes the tip forward (α < 0), `mu_lock` is infinite, and
+        `x0_lock` is the end of the path. Both are NaN if the shape becomes inadmissible while −tan
+        α is larger than before. −tan α may have several maxima: a tip with a μ0 above one of them
+        goes on sticking, and slips in a later state with −tan α = μ0 if there is one.
+    end : End
+        Why the path ends. A round rod ``swings_aside`` where the clamp passes under the contact
+        point or, in a non-ideal mounting, where `stability_aside` vanishes.
+    """
+
+    status: Status
+    pieces: Pieces = field(default=NO_PIECES, repr=False)
+    retraction: Pieces = field(default=NO_PIECES, repr=False)
+    x0_lock: float = np.nan
+    mu_lock: float = np.nan
+    end: End = End.NOT_FOLLOWED
 
 
 class _Exit(NamedTuple):
@@ -55,7 +87,7 @@ class CurveArray:
     displacements x0 (L) or friction coefficients μ0 belongs.
     """
 
-    curves: tuple["StickingCurve", ...]
+    curves: tuple[SolvedPath, ...]
 
     @cached_property
     def pieces(self) -> Pieces:

@@ -18,6 +18,7 @@ from vibrissa.errors import (
 )
 from vibrissa.outcomes import Method, chosen
 from vibrissa.quantities.units import Units
+from vibrissa.sensor.identification.findings import beside
 from vibrissa.sensor.identification.mixing import check_columns, table_of_states
 from vibrissa.sensor.identification.model import read_model, unfitted
 from vibrissa.sensor.identification.parameters import REFUTE_RATIO
@@ -32,7 +33,7 @@ from vibrissa.sensor.identification.recording import (
     table_of,
     units_of,
 )
-from vibrissa.sensor.identification.result import Identification, beside
+from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.task import Task, in_samples, task_of
 from vibrissa.sensor.ringing import DAMPING, ringing_of
 from vibrissa.sensor.setup import Setup

@@ -1,76 +1,18 @@
-"""Result of an identification: friction of the periods, by one method or by both.
-
-The friction by the model of the rod is compared with that by the ratio of the forces, which needs
-no rod. Both use the same samples, and friction by the model has the least possible variance.
-Therefore the errors that all periods share have in the difference of both methods at most the
-variance that they have in the ratio (Hausman, 1978).
-"""
+"""Result of an identification: friction of the periods, by one method or by both."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.series import Column, Tabular
-from vibrissa.quantities.units import Kind, Units
-from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
-from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
+from vibrissa.quantities.units import Kind
+from vibrissa.sensor.identification.findings import Findings
+from vibrissa.sensor.identification.periods import Check, Grade, PeriodStatus
 from vibrissa.sensor.identification.profile import ContactProfile
-from vibrissa.sensor.identification.propagation import common_deviation
 from vibrissa.sensor.identification.recording import Recording
-from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
-from vibrissa.wording import counted
-
-# Number of standard deviations above which the means disagree.
-MEANS_DISAGREE = 4.0
-# The same for the frictions of one period.
-PERIODS_DISAGREE = 6.0
-# Least number of periods whose means are compared.
-FEWEST_COMPARED = 3
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Beside:
-    """Comparison of the friction by the model with the friction by the ratio of the forces.
-
-    Attributes
-    ----------
-    ratio, deviation : ndarray, shape (p,)
-        μ0 of each period by the ratio of the forces, and its standard deviation; NaN unless both
-        methods found μ0 and that by the ratio is not graded wrong.
-    difference, spread : float
-        Mean of μ0 by the model less μ0 by the ratio, and the standard deviation of this mean. If
-        the methods disagree in fewer than half of the periods, these periods are left out. NaN if
-        fewer than `FEWEST_COMPARED` periods can be compared.
-    number : int
-        Number of periods in the mean.
-    off : ndarray of bool, shape (p,)
-        Whether the methods disagree in each period; true in all periods if the means disagree.
-    """
-
-    ratio: FloatArray
-    deviation: FloatArray
-    off: BoolArray
-    difference: float
-    spread: float
-    number: int
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the means by both methods agree; true if they are not known."""
-        return not abs(self.difference) > MEANS_DISAGREE * self.spread
-
-    def __str__(self) -> str:
-        """Format the difference as a line."""
-        within = f"within {MEANS_DISAGREE:g} standard deviations"
-        verdict = f"they agree {within}" if self.agrees else "they disagree: one of them is wrong"
-        return (
-            "the model of the rod and the ratio of the forces differ by "
-            f"{self.difference:+.2g} ± {self.spread:.2g} in mu0, the mean of "
-            f"{counted(self.number, 'period')}: {verdict}"
-        )
 
 
 class Residuals(NamedTuple):
@@ -92,34 +34,17 @@ class Residuals(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Identification(Tabular):
+class Identification(Findings, Tabular):
     """Friction of the periods of a recording, and whether the recording fits the set-up.
+
+    It has the attributes of `Findings`, and these:
 
     Attributes
     ----------
     recording : Recording
         The samples that were used.
-    periods : Periods
-        Nondimensional periods with their friction.
-    units : Units
-        Units of the results.
     by_model : bool
         Whether friction was estimated by the model of the rod, not by the ratio of the forces.
-    estimates : tuple of Estimate
-        Estimates of the quantities of the set-up that have a tolerance.
-    covariance : ndarray, shape (k, k)
-        Covariance of the errors that the estimates still have after the fit. With the ratio of the
-        forces, the last row and column are for the error due to the degree of the polynomials that
-        are fitted to the forces.
-    slope : Slope
-        Tolerance of the local slope of the surface.
-    goodness : Goodness or None
-        Whether the recording as a whole fits the given set-up; None without a rod.
-    causes : tuple of Cause
-        Quantities that may differ from their given values, if the recording does not fit or an
-        estimate is far from its given value.
-    beside : Beside or None
-        Comparison of the two methods; None if only one was used.
     profile : ContactProfile or None
         Contact point of each sample; None unless it was asked for.
     residuals : Residuals or None
@@ -127,26 +52,13 @@ class Identification(Tabular):
     """
 
     recording: Recording
-    periods: Periods
-    units: Units
     by_model: bool
-    estimates: tuple[Estimate, ...]
-    covariance: FloatArray
-    slope: Slope
-    goodness: Goodness | None = None
-    causes: tuple[Cause, ...] = ()
-    beside: Beside | None = None
     profile: ContactProfile | None = None
     residuals: Residuals | None = None
 
     def summary(self) -> FrictionSummary:
         """Mean of μ0, its uncertainty, and the tolerances that cause most of it, as a few lines."""
         return summary_of(self)
-
-    @property
-    def fits(self) -> bool:
-        """Whether the recording fits the set-up; true if `goodness` is None."""
-        return self.goodness is None or self.goodness.fits
 
     def noted(self, *notes: str) -> "Identification":
         """Return a copy with more notes on the periods."""
@@ -190,34 +102,3 @@ class Identification(Tabular):
             "grade": Column(periods.grade, "", f"{', '.join(Grade)}; empty if not doubted"),
             "doubt": Column(periods.doubt, "", "why mu0 is in doubt, in words"),
         }
-
-
-def beside(model: Identification, ratio: Identification) -> Beside:
-    """Compare the friction by the model with that by the ratio of the forces, period by period."""
-    by_model = model.periods
-    by_ratio = ratio.periods
-    known = (by_model.status == PeriodStatus.SLIP) & (by_ratio.status == PeriodStatus.SLIP)
-    known &= by_ratio.grade != Grade.WRONG
-    apart = by_model.mu0 - by_ratio.mu0
-    own = by_model.by_noise**2 + by_ratio.by_noise**2
-    # Both methods have the same error of the onset within the step.
-    by_step = np.abs(by_model.by_step - by_ratio.by_step)
-    alone = known & (
-        np.abs(apart) > PERIODS_DISAGREE * np.sqrt(own + by_step**2 + by_ratio.common**2)
-    )
-    difference = spread = np.nan
-    # A single period that disagrees does not make all periods doubtful.
-    kept = known & ~alone if 2 * alone.sum() < known.sum() else known
-    if known.sum() >= FEWEST_COMPARED:
-        effect = by_ratio.effects[kept].mean(axis=0)[None]
-        variance = common_deviation(effect, ratio.covariance)[0] ** 2
-        variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
-        difference, spread = float(apart[kept].mean()), float(np.sqrt(variance))
-    return Beside(
-        ratio=np.where(known, by_ratio.mu0, np.nan),
-        deviation=np.where(known, by_ratio.deviation, np.nan),
-        off=alone | (abs(difference) > MEANS_DISAGREE * spread),
-        difference=difference,
-        spread=spread,
-        number=int(kept.sum()),
-    )

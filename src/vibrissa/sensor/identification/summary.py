@@ -19,20 +19,17 @@ part of n_i, and correlated in neighbouring periods: random² also has their cov
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import chdtrc
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.identification.findings import Findings
 from vibrissa.sensor.identification.goodness import SIGNIFICANCE
 from vibrissa.sensor.identification.parameters import SLOPE
 from vibrissa.sensor.identification.periods import Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.propagation import common_deviation, variance_between
 from vibrissa.wording import counted
-
-if TYPE_CHECKING:
-    from vibrissa.sensor.identification.result import Identification
 
 # If more than this part of the frictions is graded wrong, none is left out: the rod may be the
 # wrong one, and the mean is printed with a warning.
@@ -54,8 +51,8 @@ class FrictionSummary:
 
     Attributes
     ----------
-    found : Identification
-        The identification that is summarised.
+    found : Findings
+        What is summarised.
     mean : float
         Weighted mean of μ0 over the places where the tip slipped; NaN if it slipped nowhere.
     random : float
@@ -82,7 +79,7 @@ class FrictionSummary:
         wrong are in the mean only if more than half of the periods with a slip are graded wrong.
     """
 
-    found: "Identification" = field(repr=False)
+    found: Findings = field(repr=False)
     mean: float = np.nan
     random: float = np.nan
     common: float = np.nan
@@ -194,16 +191,16 @@ def used_in_mean(periods: Periods) -> BoolArray:
     return np.asarray(slips if most else slips & ~wrong)
 
 
-def summary_of(identification: "Identification") -> FrictionSummary:
+def summary_of(found: Findings) -> FrictionSummary:
     """Summarise the friction of the periods of an identification."""
-    periods = identification.periods
-    wrong = identification.periods.grade == Grade.WRONG
+    periods = found.periods
+    wrong = found.periods.grade == Grade.WRONG
     slips = periods.status == PeriodStatus.SLIP
     used = used_in_mean(periods)
     others = periods.status[~slips].tolist() + periods.grade[slips & ~used].tolist()
     bounds = periods.low[np.isfinite(periods.low) & ~wrong]
     known = FrictionSummary(
-        found=identification,
+        found=found,
         used=int(used.sum()),
         least=float(bounds.max()) if len(bounds) else np.nan,
         left={why: others.count(why) for why in sorted(set(others))},
@@ -245,15 +242,15 @@ def _with_mean(known: FrictionSummary, used: Periods) -> FrictionSummary:
     )
 
 
-def _gained(effect: FloatArray, identification: "Identification") -> dict[str, float]:
+def _gained(effect: FloatArray, found: Findings) -> dict[str, float]:
     """Return by how much the variance of the mean would fall if each quantity alone were exact."""
-    names = [estimate.parameter.of for estimate in identification.estimates]
+    names = [estimate.parameter.of for estimate in found.estimates]
     gained = {}
-    along = identification.covariance @ effect
+    along = found.covariance @ effect
     for name in dict.fromkeys(names):
         rows = np.flatnonzero([other == name for other in names])
         # The covariance is singular if one part is exact, or follows from the others.
-        inverse = np.linalg.pinv(identification.covariance[np.ix_(rows, rows)], hermitian=True)
+        inverse = np.linalg.pinv(found.covariance[np.ix_(rows, rows)], hermitian=True)
         gained[name] = float(along[rows] @ inverse @ along[rows])
     return gained
 
