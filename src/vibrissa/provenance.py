@@ -10,8 +10,8 @@ from typing import NamedTuple
 _PACKAGE = Path(__file__).resolve().parent
 # File in the package that records the commit; hatch_build.py writes it into a wheel.
 COMMIT_FILE = "commit.txt"
-# Suffixes of the package's sources, including web pages and tables of data.
-SOURCES = (".py", ".toml", ".yaml", ".html", ".css", ".js")
+# Suffixes of the package's sources, including lists of public names, web pages and tables of data.
+SOURCES = (".py", ".pyi", ".toml", ".yaml", ".html", ".css", ".js")
 # Paths in the clone on which results may depend. Study files are left out: each table stores the
 # text of its own.
 CODE = (

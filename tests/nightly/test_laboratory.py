@@ -10,8 +10,9 @@ from validation.sensor.bench import Bench, Friction, scan
 from validation.sensor.laboratory import Score, of_entry, recorded
 from validation.sensor.laboratory_rows import DEGREE, ROWS, Row, Said
 from validation.sensor.mistakes import MISTAKES, UNITS, everything
+from vibrissa.outcomes import Method
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Method, Setup, identify
+from vibrissa.sensor import Setup, identify
 from vibrissa.sensor import scan as simulated
 
 TITLES = [row.title for row in ROWS]

@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 from steel import SENSOR, TRANSDUCER
 from steel import identified as friction_in
 from vibrissa.errors import VibrissaError
+from vibrissa.outcomes import Method
 from vibrissa.scanning import surfaces
-from vibrissa.sensor import Method, PeriodStatus, Setup, scan
+from vibrissa.sensor import PeriodStatus, Setup, scan
 from vibrissa.sensor.identification.recording import read_recording, table_of
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.transducer import CHANNELS

@@ -36,8 +36,9 @@ from validation.sensor.mistakes import (
 )
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
+from vibrissa.outcomes import Method
 from vibrissa.quantities.units import Kind
-from vibrissa.sensor import Method, PeriodStatus, Setup, identify
+from vibrissa.sensor import PeriodStatus, Setup, identify
 from vibrissa.sensor.identification.identify import identify_by
 from vibrissa.sensor.identification.summary import used_in_mean
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances

@@ -12,9 +12,10 @@ from vibrissa.cli.options import SETUP, command, hand_out, option
 from vibrissa.cli.warnings import density_of, material_of, warn, with_modulus
 from vibrissa.extras import require
 from vibrissa.files import write_atomically
+from vibrissa.outcomes import Method
 from vibrissa.quantities.series import ENDINGS, check_ending, write
 from vibrissa.quantities.units import Measured
-from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup
+from vibrissa.sensor import Grade, Identification, PeriodStatus, Setup
 from vibrissa.sensor.setup import TOLERANCES
 from vibrissa.wording import counted, see_page
 

@@ -1,6 +1,5 @@
 """Pydantic models whose fields are keys of a TOML file or options; messages for their errors."""
 
-import json
 import tomllib
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
@@ -8,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
+import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 
 from vibrissa.errors import ArgumentError
@@ -168,21 +168,8 @@ def read_keys(path: Path | str) -> dict[str, Any]:
 
 def write_keys(path: Path, keys: Mapping[str, Any], comment: str) -> None:
     """Write keys and tables to a TOML file, below a comment."""
-    lines = [f"# {comment}", "", *_assignments(keys)]
-    for name, table in keys.items():
-        if isinstance(table, Mapping) and table:
-            lines += ["", f"[{name}]", *_assignments(table)]
     with write_atomically(path) as temporary:
-        temporary.write_text("\n".join([*lines, ""]), encoding="utf-8")
-
-
-def _assignments(keys: Mapping[str, Any]) -> list[str]:
-    # TOML writes numbers and texts as JSON does.
-    return [
-        f"{name} = {json.dumps(value, ensure_ascii=False)}"
-        for name, value in keys.items()
-        if not isinstance(value, Mapping)
-    ]
+        temporary.write_text(f"# {comment}\n\n{tomli_w.dumps(keys)}", encoding="utf-8")
 
 
 def with_options(

@@ -8,7 +8,8 @@ from validation.sensor.bench import Bench, Friction, scan
 from validation.sensor.laboratory import NOISE, STEP, believed, in_words, read, recorded
 from validation.sensor.laboratory_rows import ROWS, Said
 from validation.sensor.mistakes import LENGTH, UNITS
-from vibrissa.sensor import Method, PeriodStatus, Setup, identify
+from vibrissa.outcomes import Method
+from vibrissa.sensor import PeriodStatus, Setup, identify
 from vibrissa.sensor.identification import search
 
 TITLES = {row.title: row for row in ROWS}

@@ -14,10 +14,11 @@ from validation.sensor.laboratory import recorded
 from validation.sensor.laboratory_rows import ROWS, Said
 from validation.sensor.mistakes import bench_of
 from vibrissa.mechanics.rod import Rod
+from vibrissa.outcomes import Method
 from vibrissa.scanning import surfaces
 from vibrissa.scanning.simulation import simulate
 from vibrissa.scanning.stage import path
-from vibrissa.sensor import Method, Whisker, identify
+from vibrissa.sensor import Whisker, identify
 from vibrissa.sensor.identification import fitted_set_up
 from vibrissa.sensor.identification.slope import Slope
 
