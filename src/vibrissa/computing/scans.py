@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.computing.columns import axis_columns, frequency_values, spelled, state_values
+from vibrissa.computing.columns import axis_columns, frequency_values, spell_point, state_values
 from vibrissa.computing.rods import SolverSettings, solve
 from vibrissa.computing.surfaces import slip_model_of, surface_of
 from vibrissa.errors import ArgumentError, NoResponseError
@@ -63,7 +63,7 @@ def computed_scans(
         for (variant, surface), law in product(described, laws):
             point = {**rod_and_step, **variant, **law}
             scan = scan_of(point, curve, surface, to=to, cycles=cycles)
-            print(scan_name, spelled(point), scan.status, scan.message)
+            print(scan_name, spell_point(point), scan.status, scan.message)
             yield scan_tables(
                 scan_name,
                 point,
