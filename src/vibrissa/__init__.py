@@ -13,9 +13,7 @@ if TYPE_CHECKING:
     from vibrissa.outcomes import Status as Status
     from vibrissa.scanning.cycles import stick_slip as stick_slip
     from vibrissa.scanning.scan import Scan as Scan
-    from vibrissa.sticking.api import EquilibriumState as EquilibriumState
     from vibrissa.sticking.api import FrictionRange as FrictionRange
-    from vibrissa.sticking.api import Onset as Onset
     from vibrissa.sticking.api import friction_from_travel as friction_from_travel
     from vibrissa.sticking.api import solve_curve as solve_curve
     from vibrissa.sticking.api import solve_onset as solve_onset
@@ -23,6 +21,8 @@ if TYPE_CHECKING:
     from vibrissa.sticking.curve import StickingCurve as StickingCurve
     from vibrissa.sticking.onset_table import solve_onsets as solve_onsets
     from vibrissa.sticking.piece import StickingState as StickingState
+    from vibrissa.sticking.results import EquilibriumState as EquilibriumState
+    from vibrissa.sticking.results import Onset as Onset
     from vibrissa.sticking.vibration import free_frequencies as free_frequencies
     from vibrissa.tables.frames import read_table as read_table
 
@@ -36,11 +36,11 @@ __getattr__, __all__ = attached(
         "outcomes": "Status",
         "scanning.cycles": "stick_slip",
         "scanning.scan": "Scan",
-        "sticking.api": "EquilibriumState FrictionRange Onset friction_from_travel solve_curve "
-        "solve_onset solve_state",
+        "sticking.api": "FrictionRange friction_from_travel solve_curve solve_onset solve_state",
         "sticking.curve": "StickingCurve",
         "sticking.onset_table": "solve_onsets",
         "sticking.piece": "StickingState",
+        "sticking.results": "EquilibriumState Onset",
         "sticking.vibration": "free_frequencies",
         "tables.frames": "read_table",
     },

@@ -60,7 +60,7 @@ def solve_onsets(
     DataFrame
         A row for each element of the broadcast arrays, in C order: theta, mu0, eta and dx0;
         ``status`` and ``message``; ``x0_slip``, ``n_steps``, ``x0_max``, ``mu_lock`` and
-        ``residual`` as in `vibrissa.sticking.api.Onset`; and the state at the onset, with names
+        ``residual`` as in `vibrissa.sticking.results.Onset`; and the state at the onset, with names
         such as ``reaction_m_slip``. Numbers are NaN where the tip does not slip.
 
     Raises
