@@ -4,7 +4,7 @@ The curve does not depend on friction. μ0 decides where on the curve sticking e
 state in which the force leaves the friction cone, forward (−tan α = μ0) or back (tan α = μ0).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -119,7 +119,7 @@ class StickingCurve:
     @cached_property
     def _alone(self) -> CurveArray:
         """The curve as a `CurveArray` of length 1."""
-        return CurveArray(curves=(self,))
+        return curve_array([self])
 
     def frequencies(self, x0: ArrayLike, count: int = 2, tip: str = TipMotion.STICKS) -> FloatArray:
         """Lowest natural frequencies ω of small vibrations about sticking states.
@@ -304,6 +304,20 @@ class StickingCurve:
         """
         mu0 = np.asarray(mu0, dtype=float)
         return _shaped(self._alone.trailing_end(_first(mu0.ravel()), mu0.ravel()), mu0.shape)
+
+
+def curve_array(curves: Sequence[StickingCurve]) -> CurveArray:
+    """Join at least one curve, to evaluate all of them together."""
+    pieces = [(curve.retraction, curve.pieces) for curve in curves]
+    return CurveArray(
+        pieces=Pieces.concatenate([part for both in pieces for part in both]),
+        retracted=np.array([len(curve.retraction) for curve in curves], dtype=np.int64),
+        pushing=np.array([len(curve.pieces) for curve in curves], dtype=np.int64),
+        x0_lock=np.array([curve.x0_lock for curve in curves]),
+        mu_lock=np.array([curve.mu_lock for curve in curves]),
+        status=np.array([curve.status for curve in curves], dtype=object),
+        end=np.array([curve.end for curve in curves], dtype=object),
+    )
 
 
 def _first(rows: FloatArray) -> IntArray:

@@ -18,8 +18,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import slices
 from vibrissa.outcomes import Contact, RodSection, Status
 from vibrissa.sticking.api import solve_curves
-from vibrissa.sticking.curve import CURVES_AT_ONCE
-from vibrissa.sticking.onsets import CurveArray
+from vibrissa.sticking.curve import CURVES_AT_ONCE, curve_array
 from vibrissa.sticking.periods import last_steps
 from vibrissa.sticking.piece import PathState
 
@@ -144,7 +143,7 @@ def _solved(
     theta, eta = rods.T.tolist()
     curves = solve_curves(theta, eta, contact, [mounting] * len(rods), section, onsets=True)
     index = np.repeat(np.arange(len(curves)), counts)
-    together = CurveArray(curves=tuple(curves))
+    together = curve_array(curves)
     x0_slip, found = together.outcomes(index, columns["mu0"])
     last = last_steps(x0_slip, [exact(1 if step != step else step) for step in columns["dx0"]])
     known = [status in (Status.SLIP, Status.LOCK) for status in found]
