@@ -54,8 +54,23 @@ def computed_scans(
 ) -> Iterator[ScanTables]:
     """Compute the scans of a chunk one after the other, and yield the rows of each.
 
-    The other arguments are those of `vibrissa.study.scans.ScanChunk`. The friction is that of the
-    `surfaces`: a scan that states mu0 has a plane for each coefficient.
+    Parameters
+    ----------
+    scan_name : str
+        Name of the scans in the study file.
+    axes : mapping
+        Values of the axes of the rod, and of the step Δx0 (L).
+    surfaces : sequence of mapping
+        Surfaces as the study file describes them. A scan that states mu0 has a plane for each
+        coefficient.
+    laws : sequence of mapping
+        Slip laws, each with the values that bear on it.
+    to, cycles : optional
+        Turning points of the clamp (L), or the number of slips; one of them is None.
+    shapes : bool
+        Whether to keep the shape of the rod at each step.
+    each_step : bool
+        Whether to keep all steps; else the last one.
     """
     described = [(variant, surface_of(variant)) for variant in surfaces]
     for rod_and_step in points_of(axes):

@@ -184,7 +184,7 @@ class _Course:
         leaving = tip.exit(sticking.until)
         if leaving.margin is Margin.END and self.stage.response.swings:
             return self._after_buckling(tip, sticking)
-        if leaving.margin is Margin.REACH:
+        if leaving.margin is Margin.ROOM:
             message = messages.of_height_out_of_reach(tip, sticking, self.surface)
             end = _End(outcome=Outcome.OUT_OF_REACH, message=message)
             return _Following(period=_period(tip, sticking, EndsBy.UNKNOWN), end=end)

@@ -368,7 +368,7 @@ class Slide(RestingClamp):
     def _rooms(self, place: FloatArray) -> FloatArray:
         """How far states are from the last computed x0 and from the last distance (L)."""
         left = self._bending_left(self.held(place))
-        return np.array([left, self.stage.reach(self.clamp, self.height(place))])
+        return np.array([left, self.stage.room(self.clamp, self.height(place))])
 
     def _bending_left(self, held: Held) -> FloatArray:
         """How far states are from the last computed x0 in the direction of the slide (L)."""
