@@ -22,7 +22,7 @@ from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.collocation import solve_curves
 from vibrissa.sticking.solving.cutting import cut, guessed
 from vibrissa.sticking.solving.following import CLOSENESS, follow
-from vibrissa.sticking.solving.refinement import STATES_ALONG_PART, PathStates
+from vibrissa.sticking.solving.refinement import STATES_ALONG_PART, StatesAlongParts
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
 # Steps of one period of sticking; the slow methods take every so manyth.
@@ -89,7 +89,7 @@ def test_states_on_random_curves(benchmark):
         followed = follow(*first, Contact.POINT, has_locked, CLOSENESS[0].longest)
         parts = cut(branches, followed, side)
         guess = guessed(parts, branches, followed.knots, FEW)
-        path = PathStates(parts=parts, unknowns=guess).on_nodes(NODES)
+        path = StatesAlongParts(parts=parts, unknowns=guess).on_nodes(NODES)
         for count in (FEW, ENOUGH):
             path = path.with_states(count).solved()
         found = path.at(position).states

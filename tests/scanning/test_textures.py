@@ -224,7 +224,7 @@ def test_scans_of_similar_textures_share_the_solved_rods():
     first, second = (stage.response.parts for stage in stages)
     assert all(one is other for one, other in zip(first, second, strict=True))
     high = stage_of(WHISKER, positions, texture=textures.wave(1e-3, 0.02))
-    assert high.reach(0.0, 1e-3) > 0.0 and high.reach(0.0, -1e-3) > 0.0
+    assert high.room(0.0, 1e-3) > 0.0 and high.room(0.0, -1e-3) > 0.0
 
 
 def test_slips_that_repeat_are_counted():

@@ -27,7 +27,8 @@ from vibrissa.files import write_atomically
 from vibrissa.outcomes import Contact
 from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.study.chunks import points_of
-from vibrissa.study.model import GridSection, Study
+from vibrissa.study.grids import GridSection
+from vibrissa.study.model import Study
 from vibrissa.study.reading import read_study
 
 AXES = ("eta", "theta", "mu0", "dx0")

@@ -46,7 +46,10 @@ if not workflow.configfiles:  # with a file given, this directive would merge bo
     configfile: str(places.PAPER)
 
 
-STUDY_FILE, *others = map(places.near, map(Path, workflow.configfiles or [workflow.main_snakefile]))
+study_files = [
+    places.near(Path(name)) for name in workflow.configfiles or [workflow.main_snakefile]
+]
+STUDY_FILE, *others = study_files
 if others and not INCLUDED:  # the last would count, and nobody would notice
     sys.exit(f"give one study file with --configfile, not {STUDY_FILE} and {others[0]}")
 # Jobs need not check again what the process that started them has checked.

@@ -20,7 +20,7 @@ def axis_columns(point: Mapping[str, Any]) -> dict[str, Any]:
     return {key: values.get(key) for key in keys}
 
 
-def spelled(point: Mapping[str, Any]) -> str:
+def spell_point(point: Mapping[str, Any]) -> str:
     """Format the values of a scan for its log."""
     shown = {key: value for key, value in point.items() if value not in (None, 0.0)}
     return ", ".join(f"{key} {value}" for key, value in shown.items() if key != "content")

@@ -1,6 +1,7 @@
 """Grid points as rows of a table, read off the equilibrium paths of their rods."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from vibrissa.computing.rods import SolverSettings, rods_of, solve
 from vibrissa.decimals import exact
 from vibrissa.errors import StudyError
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
+from vibrissa.numerics.batch import slices
 from vibrissa.outcomes import Status, TipMotion
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
 from vibrissa.sticking.periods import read_curves
@@ -35,10 +37,10 @@ def solved_points(
     Yields tables of the schema `STICTION`, with rows in the order `ROW_ORDER`.
     """
     rods = rods_of(axes, solver.method.by_step)
-    points_of_rod = number_of_points(axes) // len(rods)
-    for first in range(0, len(rods), CURVES_AT_ONCE):
-        curves = solve(rods[first : first + CURVES_AT_ONCE], solver)
-        rows = np.arange(first * points_of_rod, (first + len(curves)) * points_of_rod)
+    rows_of_rods = np.arange(number_of_points(axes)).reshape(len(rods), -1)
+    for together in slices(len(rods), CURVES_AT_ONCE):
+        curves = solve(rods[together], solver)
+        rows = rows_of_rods[together].ravel()
         yield points_table(grid, axes, rows, curves, study, solver.frequencies)
 
 
@@ -70,8 +72,8 @@ def solved_points_of_file(
     chosen = table.rods(by_step)[first : first + rods]
     if table.digest([row for rows in chosen for row in rows]) != content:
         raise StudyError(f"{file} has changed since the run began; run the same command again")
-    for begin in range(0, len(chosen), CURVES_AT_ONCE):
-        together = chosen[begin : begin + CURVES_AT_ONCE]
+    for some in slices(len(chosen), CURVES_AT_ONCE):
+        together = chosen[some]
         axes = columns_of(table.at([row for rows in together for row in rows]))
         curves = solve([table.rod(rows, by_step) for rows in together], solver)
         counts = [len(rows) for rows in together]
@@ -141,7 +143,7 @@ def _rows_table(
         **state_values(periods.init, "_init"),
         **state_values(periods.last, "_last"),
         **state_values(periods.slip, "_slip"),
-        **frequency_values(_at_onsets(curves, counts, periods.slip, frequencies)),
+        **frequency_values(_onset_frequencies(curves, counts, periods.slip, frequencies)),
         "ends_by": [end or None for end in periods.end],
         "x0_end": periods.ended.x0,
         **state_values(periods.ended, "_end"),
@@ -154,23 +156,23 @@ def _rows_table(
     return table_of(STICTION, columns)
 
 
-def _at_onsets(
-    curves: Sequence[StickingCurve], counts: Sequence[int], slip: StickingState, most: int
+def _onset_frequencies(
+    curves: Sequence[StickingCurve], counts: Sequence[int], slip: StickingState, count: int
 ) -> FloatArray:
-    """Compute `most` natural frequencies at the onsets of slip, shape (n, most).
+    """Compute `count` natural frequencies at the onsets of slip, shape (n, count).
 
     The n onsets belong to the curves in their order; `counts` has the number of each curve.
     """
-    found = np.full((len(slip), most), np.nan)
-    if most:
-        stops = np.cumsum(counts)
-        for curve, count, stop in zip(curves, counts, stops, strict=True):
-            rows = slice(stop - count, stop)
+    found = np.full((len(slip), count), np.nan)
+    if count:
+        bounds = np.cumsum([0, *counts]).tolist()
+        for curve, (begin, end) in zip(curves, pairwise(bounds), strict=True):
+            rows = slice(begin, end)
             # Points that differ only in Δx0 have the same onset.
             onsets, which = np.unique(slip.x0[rows], return_index=True, return_inverse=True)[1:]
             states = slip.take(rows).take(onsets)
             values = state_frequencies(
-                curve.theta, curve.mounting, states, states.s_c < 1.0, most, TipMotion.STICKS
+                curve.theta, curve.mounting, states, states.s_c < 1.0, count, TipMotion.STICKS
             )
             found[rows] = values[which]
     return found

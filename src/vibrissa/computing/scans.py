@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.computing.columns import axis_columns, frequency_values, spelled, state_values
+from vibrissa.computing.columns import axis_columns, frequency_values, spell_point, state_values
 from vibrissa.computing.rods import SolverSettings, solve
 from vibrissa.computing.surfaces import slip_model_of, surface_of
 from vibrissa.errors import ArgumentError, NoResponseError
@@ -54,8 +54,23 @@ def computed_scans(
 ) -> Iterator[ScanTables]:
     """Compute the scans of a chunk one after the other, and yield the rows of each.
 
-    The other arguments are those of `vibrissa.study.scans.ScanChunk`. The friction is that of the
-    `surfaces`: a scan that states mu0 has a plane for each coefficient.
+    Parameters
+    ----------
+    scan_name : str
+        Name of the scans in the study file.
+    axes : mapping
+        Values of the axes of the rod, and of the step Δx0 (L).
+    surfaces : sequence of mapping
+        Surfaces as the study file describes them. A scan that states mu0 has a plane for each
+        coefficient.
+    laws : sequence of mapping
+        Slip laws, each with the values that bear on it.
+    to, cycles : optional
+        Turning points of the clamp (L), or the number of slips; one of them is None.
+    shapes : bool
+        Whether to keep the shape of the rod at each step.
+    each_step : bool
+        Whether to keep all steps; else the last one.
     """
     described = [(variant, surface_of(variant)) for variant in surfaces]
     for rod_and_step in points_of(axes):
@@ -63,7 +78,7 @@ def computed_scans(
         for (variant, surface), law in product(described, laws):
             point = {**rod_and_step, **variant, **law}
             scan = scan_of(point, curve, surface, to=to, cycles=cycles)
-            print(scan_name, spelled(point), scan.status, scan.message)
+            print(scan_name, spell_point(point), scan.status, scan.message)
             yield scan_tables(
                 scan_name,
                 point,

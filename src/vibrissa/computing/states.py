@@ -15,7 +15,7 @@ from vibrissa.tables.schemas import SHAPE, STATES
 
 # For annotations alone: a job then depends only on the code that computes its own results.
 if TYPE_CHECKING:
-    from vibrissa.sticking.api import EquilibriumState
+    from vibrissa.sticking.results import EquilibriumState
 
 
 def states_table(

@@ -1,4 +1,8 @@
-"""Roots of many functions in brackets, and first roots of piecewise polynomials."""
+"""Roots: `bracketed_root` of many functions at once, `sampled_root` of one that takes long.
+
+`first_fall` and `first_integral_fall` find the first roots of piecewise polynomials. A function of
+one place whose slope is not known has its root by SciPy's ``brentq``.
+"""
 
 from collections.abc import Callable
 from math import comb

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.computing.columns import axis_columns, spelled
+from vibrissa.computing.columns import axis_columns, spell_point
 from vibrissa.computing.surfaces import slip_model_of, surface_of
 from vibrissa.outcomes import Contact, Method, RodSection
 from vibrissa.quantities.units import Kind, Quantity
@@ -74,7 +74,7 @@ def read_chunk(
     for recording in range(first, last + 1):
         found = read_once(bench, chosen, generator_of(point, seed, recording))
         for method, reading in zip(chosen, found, strict=True):
-            print(readings, spelled(point), recording, method, reading.status, reading.message)
+            print(readings, spell_point(point), recording, method, reading.status, reading.message)
         length = bench.setup.whisker.units.unit(Kind.LENGTH)
         yield friction_table(same, recording, chosen, found, length)
 

@@ -27,7 +27,7 @@ from vibrissa.scanning.slip_model import FREE_SLIP, SlipModel
 from vibrissa.scanning.stage import MOST_STEPS, Stage, path, stage_of
 from vibrissa.scanning.surfaces import Surface, constant
 from vibrissa.scanning.textures import Texture
-from vibrissa.sticking.api import check_surface
+from vibrissa.sticking.api import check_friction_and_step
 from vibrissa.sticking.curve import StickingCurve
 
 # Steps of a path, over those that are expected to suffice.
@@ -90,7 +90,7 @@ def stick_slip(
     """
     if not isinstance(cycles, int | np.integer) or cycles < 1:
         raise ArgumentError(f"cycles must be a whole number, at least 1, got {cycles!r}")
-    check_surface(mu0, dx0)
+    check_friction_and_step(mu0, dx0)
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
     return move(

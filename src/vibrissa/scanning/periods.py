@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
+from vibrissa.scanning.response import mirrored_loads
 from vibrissa.scanning.slip import SlipEnd
 from vibrissa.scanning.surfaces import Footing
 from vibrissa.scanning.tip import Tip
@@ -200,6 +201,6 @@ def _loading(
         stage, sign = tips[0].stage, side[known]
         states, held = stage.states(clamp[known], contact[known], sign, height[known])
         displacements[known] = held if x0 is None else x0[known]
-        mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
-        loads[known] = states.reactions(states.clip(displacements[known])) * mirror
+        reactions = states.reactions(states.clip(displacements[known]))
+        loads[known] = mirrored_loads(reactions, sign)
     return _Loading(x0=displacements, loads=loads)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.shape import Shape
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.steps import ONSET_ACCURACY
 from vibrissa.outcomes import Contact, End, Status
 from vibrissa.scanning.rods import MountedRod
@@ -30,6 +30,12 @@ TIP_ANGLE = ("phi1",)
 SHORTEST_PIECE = 1e-8
 # Least normal force that is not 0 (E·I0/L²).
 LEAST_FORCE = 1e-9
+
+
+def mirrored_loads(loads: FloatArray, side: IntArray) -> FloatArray:
+    """Mirror loads fx, fy and m, shape (n, 3), where the tip is behind the clamp (`side` −1)."""
+    mirror = np.stack([side, np.ones(len(side)), side], axis=1)
+    return np.asarray(loads * mirror)
 
 
 class States(ABC):

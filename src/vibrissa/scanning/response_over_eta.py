@@ -100,6 +100,21 @@ class _Within(NamedTuple):
     polynomials: FloatArray
     marks: FloatArray
 
+    @property
+    def bounds(self) -> FloatArray:
+        """Bounds of the stretches (L), shape (n, stretches + 1)."""
+        return self.marks[:, :-2]
+
+    @property
+    def landmarks(self) -> Landmarks:
+        """Landmarks at each distance; pulling ends at the first bound, and pushing at the last."""
+        return Landmarks(
+            x0_pull=self.bounds[:, 0],
+            x0_lock=self.marks[:, -2],
+            x0_end=self.bounds[:, -1],
+            x1_init=self.marks[:, -1],
+        )
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class EtaPart:
@@ -199,7 +214,7 @@ class EtaPart:
         order : int
             0 for the reactions, 1 for their derivatives; the formula holds for no higher order.
         """
-        place = _placed(at.marks[:, :-2], x0)
+        place = _placed(at.bounds, x0)
         found = self._interpolated(self._reactions, place, at.polynomials, order)
         return np.asarray(found * place.growth(order))
 
@@ -343,10 +358,9 @@ class ResponseOverEta:
         within = self.divided(eta.ravel())
         found = np.empty((len(Landmarks._fields), eta.size))
         for at in within:
-            # The ends of pulling and pushing, the lock, and x1_init.
-            found[:, at.rows] = at.marks[:, [0, -2, -3, -1]].T
-        marks = Landmarks(*found.reshape(len(found), *eta.shape))
-        return StatesAtEta(response=self, eta=eta, within=within, **marks._asdict())
+            found[:, at.rows] = at.landmarks
+        landmarks = Landmarks(*found.reshape(len(found), *eta.shape))
+        return StatesAtEta(response=self, eta=eta, within=within, **landmarks._asdict())
 
     def divided(self, eta: FloatArray) -> tuple[_Within, ...]:
         """Divide distances, shape (n,), by the parts in which they lie."""
@@ -385,7 +399,7 @@ class StatesAtEta(States):
     @cached_property
     def bounds(self) -> FloatArray:
         """Landmarks (L) at the only distance in `eta`; the reactions are smooth between them."""
-        return self.within[0].marks[0, :-2]
+        return self.within[0].bounds[0]
 
     @cached_property
     def _pieces(self) -> FloatArray:

@@ -12,11 +12,12 @@ from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Status
 from vibrissa.scanning.periods import PeriodEnd, Periods, periods_of
+from vibrissa.scanning.response import mirrored_loads
 from vibrissa.scanning.rods import distance_at
 from vibrissa.scanning.stage import Stage
-from vibrissa.sticking.api import PENETRATES
 from vibrissa.sticking.onsets import mirrored
 from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.results import PENETRATES
 from vibrissa.wording import counted
 
 # Decimals of a difference of positions (L).
@@ -209,8 +210,7 @@ class Scan(Batch):
             return np.empty((0, 3))
         states = self.stage.at(self.clamp, self.height)
         sign = self._sign
-        mirror = np.stack([sign, np.ones(len(sign)), sign], axis=1)
-        return np.asarray(states.reactions(states.clip(sign * self.x0)) * mirror)
+        return mirrored_loads(states.reactions(states.clip(sign * self.x0)), sign)
 
     @property
     def apparent_friction(self) -> FloatArray:

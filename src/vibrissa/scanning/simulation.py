@@ -68,21 +68,14 @@ def simulate(
     course = _Course(
         stage=stage, surface=surface, model=model, clamp_path=ClampPath.through(positions)
     )
-    clamp = float(positions[0])
-    contact = stage.at(clamp).contact(float(stage.along(clamp)), 0.0, 1)
-    # At first no tangential force acts, as after a slip that ends where no friction is needed.
-    start = replace(course, model=FREE_SLIP).slip(clamp, 1).follow(contact)
-    if start.lost is not None:
-        end = course.lost(start, contact, clamp)
+    start = course.start()
+    tip, end = start.tip, start.end
+    if tip is None:
         return Scan.without_rows(end.outcome, end.message)
-    footing = surface.footing(start.contact, 1)
-    first = Tip(stage=stage, footing=footing, clamp=clamp, x0_rest=start.x0)
-    tips = [first]
+    tips = [tip]
     periods: list[PeriodEnd] = []
     flights = list(start.flights)
     buckling = ""
-    tip: Tip | None = first
-    end = _End(outcome=Outcome.COMPLETE)
     # Each period but the last one ends with a slip, after which the tip sticks at another place.
     while tip is not None and (slips is None or len(periods) < slips):
         following = course.after(tip)
@@ -133,7 +126,7 @@ class _End(NamedTuple):
 
 
 class _Following(NamedTuple):
-    """What follows where a tip no longer sticks.
+    """What follows at the start of a scan, and where a tip no longer sticks.
 
     Attributes
     ----------
@@ -171,6 +164,18 @@ class _Course:
             stage=self.stage, surface=self.surface, model=self.model, clamp=clamp, side=side
         )
 
+    def start(self) -> _Following:
+        """Find where the tip sticks at the first position of the clamp: on a plane, at α = 0."""
+        clamp = float(self.clamp_path.positions[0])
+        contact = self.stage.at(clamp).contact(float(self.stage.along(clamp)), 0.0, 1)
+        # At first no tangential force acts, as after a slip that ends where no friction is needed.
+        slip = replace(self, model=FREE_SLIP).slip(clamp, 1).follow(contact)
+        if slip.lost is not None:
+            return _Following(end=self.lost(slip, contact, clamp))
+        footing = self.surface.footing(slip.contact, 1)
+        tip = Tip(stage=self.stage, footing=footing, clamp=clamp, x0_rest=slip.x0)
+        return _Following(tip=tip, flights=slip.flights)
+
     def after(self, tip: Tip) -> _Following:
         """Find where a tip no longer sticks, and what follows there."""
         sticking = tip.sticks_until(self.clamp_path)
@@ -179,7 +184,7 @@ class _Course:
         leaving = tip.exit(sticking.until)
         if leaving.margin is Margin.END and self.stage.response.swings:
             return self._after_buckling(tip, sticking)
-        if leaving.margin is Margin.REACH:
+        if leaving.margin is Margin.ROOM:
             message = messages.of_height_out_of_reach(tip, sticking, self.surface)
             end = _End(outcome=Outcome.OUT_OF_REACH, message=message)
             return _Following(period=_period(tip, sticking, EndsBy.UNKNOWN), end=end)

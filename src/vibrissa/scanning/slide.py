@@ -104,6 +104,16 @@ class _Forces(NamedTuple):
         """The normal force."""
         return _polynomials(self.coefficients[2], self.breaks)
 
+    @property
+    def net(self) -> "BPoly":
+        """The driving force less friction, whose integral is the kinetic energy."""
+        return _polynomials(self.coefficients[0] - self.coefficients[1], self.breaks)
+
+    @property
+    def pull(self) -> "BPoly":
+        """The force with which a surface would have to pull the tip: less the normal force."""
+        return _polynomials(-self.coefficients[2], self.breaks)
+
     def followed_by(self, others: "_Forces") -> "_Forces":
         """Append the forces along the next part of the slide."""
         return _Forces(
@@ -278,9 +288,7 @@ class Slide(RestingClamp):
         """Distance at which the law ends the slide; NaN if it does not end it yet (L)."""
         if self.model.law is SlipLaw.FREE:
             return first_fall(forces.driving)
-        # The integral of the driving force less friction is the kinetic energy.
-        net_force = _polynomials(forces.coefficients[0] - forces.coefficients[1], forces.breaks)
-        return first_integral_fall(net_force, part=self.model.loss)
+        return first_integral_fall(forces.net, part=self.model.loss)
 
     def _landing(self, takes_off: float) -> SlideEnd:
         """Find the next place at which the surface pushes a tip that lifts off at a distance."""
@@ -289,8 +297,7 @@ class Slide(RestingClamp):
             if end <= begin:
                 continue
             part = self._forces_up_to_unknown(begin, end)
-            breaks, coefficients = part.forces
-            lands = first_fall(_polynomials(-coefficients[2], breaks))
+            lands = first_fall(part.forces.pull)
             if np.isfinite(lands):
                 return SlideEnd(self._stopping_place(lands), takes_off=off)
             if part.lost is not None:
@@ -361,7 +368,7 @@ class Slide(RestingClamp):
     def _rooms(self, place: FloatArray) -> FloatArray:
         """How far states are from the last computed x0 and from the last distance (L)."""
         left = self._bending_left(self.held(place))
-        return np.array([left, self.stage.reach(self.clamp, self.height(place))])
+        return np.array([left, self.stage.room(self.clamp, self.height(place))])
 
     def _bending_left(self, held: Held) -> FloatArray:
         """How far states are from the last computed x0 in the direction of the slide (L)."""

@@ -128,7 +128,7 @@ class Stage:
             return np.asarray(self.eta - np.asarray(height))
         return distance_at(clamp, self.eta, self.angle) - np.asarray(height)
 
-    def reach(self, clamp: ArrayLike, height: ArrayLike = 0.0) -> FloatArray:
+    def room(self, clamp: ArrayLike, height: ArrayLike = 0.0) -> FloatArray:
         """How far the distance is within the range at which the rod is solved (L)."""
         distance = self.distance(clamp, height)
         if isinstance(self.response, Response):
@@ -176,7 +176,7 @@ def stage_of(
         Whether to accept a curve on a level stage that the solver did not follow to its end.
     texture : Texture, optional
         Heights of the surface. Where they leave the range that a rod can reach, the stage ends: see
-        `Stage.reach`.
+        `Stage.room`.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.scanning.rods import in_rod_lengths
-from vibrissa.scanning.textures import Texture
+from vibrissa.scanning.textures import Texture, check_increasing
 
 # Number of cosines in a random surface, enough for a nearly normal distribution of its friction.
 COSINES = 256
@@ -260,11 +260,7 @@ def _increasing(
     at, values = np.asarray(x, dtype=float), np.asarray(mu0, dtype=float)
     if len(at) < least or len(at) != len(values):
         raise ArgumentError(f"{name} must have at least {least} positions, and a mu0 for each")
-    falls = np.flatnonzero(~(np.diff(at) > 0.0))
-    if len(falls):
-        raise ArgumentError(
-            f"positions of {name} must increase: number {falls[0] + 2} is not above the one before"
-        )
+    check_increasing(name, at)
     return at, values
 
 

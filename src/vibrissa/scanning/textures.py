@@ -328,12 +328,23 @@ def measured(x: ArrayLike, height: ArrayLike) -> Texture:
     missing = np.flatnonzero(~np.isfinite(at + values))
     if len(missing):
         raise ArgumentError(f"heights: number {missing[0] + 1} has no position or no height")
-    falls = np.flatnonzero(~(np.diff(at) > 0.0))
+    check_increasing("heights", at)
+    return _pieces(np.stack([np.diff(values) / np.diff(at), values[:-1]]), at)
+
+
+def check_increasing(name: str, x: FloatArray) -> None:
+    """Refuse positions that do not increase, shape (n,).
+
+    Raises
+    ------
+    ArgumentError
+        With the first position that is not above the one before, and what is there: its `name`.
+    """
+    falls = np.flatnonzero(~(np.diff(x) > 0.0))
     if len(falls):
         raise ArgumentError(
-            f"positions of heights must increase: number {falls[0] + 2} is not above the one before"
+            f"positions of {name} must increase: number {falls[0] + 2} is not above the one before"
         )
-    return _pieces(np.stack([np.diff(values) / np.diff(at), values[:-1]]), at)
 
 
 def _multiples(step: float, begin: float, end: float) -> FloatArray:

@@ -28,7 +28,7 @@ class Margin(IntEnum):
         (E·I0/L²).
     END, PULL
         Distances of x0 from the largest and the smallest x0 of the computed states (L).
-    REACH
+    ROOM
         How far the clamp–surface distance is within the computed range (L).
     """
 
@@ -36,7 +36,7 @@ class Margin(IntEnum):
     BACKWARD = 1
     END = 2
     PULL = 3
-    REACH = 4
+    ROOM = 4
 
 
 class ContactForces(NamedTuple):
@@ -123,6 +123,8 @@ class Tip:
 
     Attributes
     ----------
+    stage : Stage
+        The rod on its stage.
     footing : Footing
         Place of the tip on the surface, with the friction there.
     side : int
@@ -179,7 +181,7 @@ class Tip:
                 behind.mu0 * on_behind.normal - on_behind.tangential,
                 states.x0_end - x0,
                 x0 - states.x0_pull,
-                np.broadcast_to(self.stage.reach(clamp, self.footing.height), x0.shape),
+                np.broadcast_to(self.stage.room(clamp, self.footing.height), x0.shape),
             ]
         )
 

@@ -13,8 +13,9 @@ from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind, Quantity
 from vibrissa.sensor.ringing import DAMPING, OVER, Ringing, ringing_of
 from vibrissa.sensor.whisker import Whisker
-from vibrissa.sticking.api import Onset, onset_on
+from vibrissa.sticking.api import onset_on
 from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.results import Onset
 
 # Number of states of a period, both ends included, among which the largest strain is sought.
 STATES_OF_PERIOD = 17

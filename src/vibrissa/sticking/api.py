@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import lru_cache
 from numbers import Real
@@ -14,221 +13,23 @@ import numpy as np
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.limits import check_bore
-from vibrissa.mechanics.admissibility import CLEARANCE_TOLERANCE, clearances
-from vibrissa.mechanics.equations import ends, shape
+from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.lateral import lateral_stability
 from vibrissa.mechanics.mounting import IDEAL, Mounting
-from vibrissa.mechanics.shape import Shape
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.mechanics.taper import MOST_TAPER
-from vibrissa.mechanics.vibration import natural_frequencies
-from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion, chosen
+from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, chosen
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.periods import Stiction, read_curve
-from vibrissa.sticking.piece import AHEAD, BACK, StickingState
+from vibrissa.sticking.piece import AHEAD, BACK
+from vibrissa.sticking.results import EquilibriumState, Onset
 from vibrissa.sticking.solving import collocation
 from vibrissa.sticking.solving.offsets import solve_offset
-from vibrissa.sticking.vibration import check_vibration
 
 PULLED = "the tip has left the surface, which would have to pull it"
-# What is said of rods in point contact that do what no real rod does.
-PENETRATES = "the rod passes through the surface: contact='line' lets it lie on it"
 # Number of cached curves, some kilobytes each: calls that vary mu0 alone need the same curve.
 KEPT_CURVES = 256
-
-
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class EquilibriumState(ContactState):
-    """One equilibrium of the rod with its tip held at a point of the surface.
-
-    Attributes
-    ----------
-    status : Status
-        ``solved``, ``out_of_reach`` or ``failed``; without a solution all numbers are NaN.
-    message : str
-        What went wrong and what to try; empty if solved.
-    contact : str
-        ``point`` if the tip alone touches, ``line`` if the rod lies along the surface; empty
-        without a solution.
-    theta, x1, eta : float
-        Taper factor and position of the tip relative to the clamp (L).
-    residual : float
-        Largest residual of the equations.
-    """
-
-    status: Status
-    message: str
-    contact: str
-    theta: float
-    x1: float
-    eta: float
-    residual: float
-    _solution: RodStates | None = field(default=None, repr=False)
-
-    @property
-    def marks(self) -> list[str]:
-        """What makes the state no state of a real rod: it penetrates, or it is unstable."""
-        return _marks(self.penetrates, self)
-
-    def __repr__(self) -> str:
-        """Return status, numbers and marks on one line each."""
-        names = ("theta", "eta", "x1", *ContactState.names(), "residual")
-        lines = [f"{name:<16} {getattr(self, name):.6g}" for name in names]
-        status = f"{'status':<16} {self.status.value} {self.contact} {self.message}".rstrip()
-        return "\n".join([status, *lines, *(f"{'warning':<16} {mark}" for mark in self.marks)])
-
-    @property
-    def penetrates(self) -> bool:
-        """Whether the shape passes through the surface in point contact: φ1 < 0, or an arch."""
-        if self._solution is None or self.contact != Contact.POINT:
-            return False
-        clearance = clearances(self._solution, np.array([self.eta]), ("surface",))
-        return bool(self.phi1 < 0.0 or clearance.surface[0] < -CLEARANCE_TOLERANCE)
-
-    def frequencies(self, count: int = 2, tip: str = TipMotion.STICKS) -> FloatArray:
-        """Lowest natural frequencies ω of small vibrations about the state.
-
-        Parameters
-        ----------
-        count : int
-            Number of frequencies.
-        tip : str
-            ``sticks`` or ``slides``, as in `StickingCurve.frequencies`.
-
-        Returns
-        -------
-        ndarray, shape (count,)
-            Increasing frequencies in rad·√(E·I0/(ρA0·L⁴)); NaN if the state is unstable.
-
-        Raises
-        ------
-        ArgumentError
-            If the state was not solved, or an argument is not allowed.
-        """
-        motion = check_vibration(count, tip)
-        if self._solution is None:
-            raise ArgumentError(
-                f"a state with status {self.status} has no frequencies: {self.message}"
-            )
-        return np.asarray(natural_frequencies(self._solution, count, motion)[0])
-
-    def shape(self, s: FloatArray | None = None) -> Shape:
-        """Deformed shape with the clamp at the origin.
-
-        Parameters
-        ----------
-        s : ndarray, shape (points,), optional
-            Arc lengths from 0 to 1 (L); 101 equally spaced ones by default.
-
-        Returns
-        -------
-        Shape
-
-        Raises
-        ------
-        ArgumentError
-            If the state was not solved, or an arc length lies outside the rod.
-        """
-        if self._solution is None:
-            raise ArgumentError(f"a state with status {self.status} has no shape: {self.message}")
-        s = np.linspace(0.0, 1.0, 101) if s is None else np.asarray(s, dtype=float)
-        if not ((s >= 0.0) & (s <= 1.0)).all():
-            raise ArgumentError(f"arc lengths must lie between 0 and 1 (L), got {s.tolist()}")
-        return Shape(*(values[0] for values in shape(self._solution, s)))
-
-
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Onset:
-    """End of one period of sticking: the onset of slip, or the lock; prints as a short table.
-
-    Attributes
-    ----------
-    status : Status
-        ``slip`` (forward), ``lock`` (the tip slips back first, or sticks up to the end of the
-        curve), ``out_of_reach`` or ``failed``.
-    message : str
-        Explanation of the status, and what to try.
-    x0_slip : float
-        Exact onset of slip (L), the first state on the curve with −tan α = μ0; NaN unless the tip
-        slips forward.
-    n_steps : int or None
-        Number of steps from α = 0 to the last step at which the tip sticks; None without dx0 or
-        without an onset.
-    x0_max : float
-        Displacement after `n_steps` steps, the paper's x0,max (L); NaN where `n_steps` is None.
-    mu_lock : float
-        Largest −tan α on the curve, infinite if the normal force vanishes while the clamp pushes
-        the tip forward. A tip with a larger μ0 never slips forward.
-    slip : StickingState
-        State at the exact onset of slip.
-    end : str
-        How sticking of a locked tip ends (`vibrissa.outcomes.End`), with ``slips_back`` also before
-        −tan α is largest; empty unless the tip locks.
-    ended : StickingState
-        State in which sticking of a locked tip ends; NaN unless the tip locks.
-    trail : StickingState
-        Last sticking state after lateral buckling, when the rod trails behind the clamp; NaN if
-        the rod does not buckle. Its x0 counts from the α = 0 state in which the period began.
-    penetrates : bool
-        Whether the rod passes through the surface before the onset or the lock, which no real rod
-        does.
-    residual : float
-        Largest equilibrium residual of the sticking curve.
-    """
-
-    status: Status
-    message: str
-    x0_slip: float
-    n_steps: int | None
-    x0_max: float
-    mu_lock: float
-    slip: StickingState
-    end: str
-    ended: StickingState
-    trail: StickingState
-    penetrates: bool
-    residual: float
-
-    @property
-    def marks(self) -> list[str]:
-        """What makes the result no result of a real rod: it penetrates, or it is unstable."""
-        return _marks(self.penetrates, self.slip)
-
-    def __repr__(self) -> str:
-        """Return a line for each known quantity: name, value, unit and meaning."""
-        slip = self.slip
-        rows = [
-            ("x0_slip", self.x0_slip, "L", "exact onset of slip"),
-            ("x0_max", self.x0_max, "L", f"last sticking step, number {self.n_steps}"),
-            ("mu_lock", self.mu_lock, "1", "largest friction at which the tip slips"),
-            ("f", slip.f, "E·I0/L²", "contact force at the onset"),
-            ("alpha", slip.alpha, "rad", "inclination of the contact force"),
-            ("phi1", slip.phi1, "rad", "slope at the contact point"),
-            ("reaction_fx", slip.reaction_fx, "E·I0/L²", "load on the clamp"),
-            ("reaction_fy", slip.reaction_fy, "E·I0/L²", "load on the clamp"),
-            ("reaction_m", slip.reaction_m, "E·I0/L", "load on the clamp"),
-            ("x0_end", self.ended.x0, "L", f"end of sticking: {self.end}"),
-            ("x0_trail", self.trail.x0, "L", "last sticking state of the trailing rod"),
-            ("residual", self.residual, "", "largest residual of the equilibrium equations"),
-        ]
-        known = [row for row in rows if not np.isnan(row[1])]
-        lines = (f"{n:<12} {value:<11.6g} {unit:<8} {text}" for n, value, unit, text in known)
-        marks = (f"{'warning':<12} {mark}" for mark in self.marks)
-        return "\n".join([f"{'status':<12} {self.status.value}: {self.message}", *lines, *marks])
-
-
-def _marks(penetrates: bool, state: ContactState) -> list[str]:
-    """Describe why a rod does not take this state although it is an equilibrium."""
-    marks = []
-    if penetrates:
-        marks.append(PENETRATES)
-    if state.stability < 0.0:
-        marks.append("the state is unstable in its plane: the rod snaps before")
-    if state.stability_aside < 0.0:
-        marks.append("the state is unstable out of its plane: a round rod buckles before")
-    return marks
 
 
 def _check_numbers(**values: object) -> None:
@@ -504,7 +305,7 @@ def solve_onset(
     >>> print(f"{onset.x0_slip:.6f}")
     0.066904
     """
-    check_surface(mu0, dx0)
+    check_friction_and_step(mu0, dx0)
     step = None if dx0 is None else float(dx0)
     return onset_on(solve_curve(theta, eta, method, step, contact, mounting, section), mu0, dx0)
 
@@ -589,7 +390,7 @@ def friction_from_travel(
     return FrictionRange(low=held, high=high)
 
 
-def check_surface(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
+def check_friction_and_step(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
     """Refuse a friction coefficient or a step that is not positive and finite.
 
     Raises
@@ -606,13 +407,13 @@ def onset_on(
     curve: StickingCurve,
     mu0: float | Decimal,
     dx0: float | Decimal | None = None,
-    told: Callable[[float], str] = lambda length: f"{length:.6g}",
+    spell: Callable[[float], str] = lambda length: f"{length:.6g}",
 ) -> Onset:
     """Find the end of a period of sticking on a curve; see `solve_onset`.
 
     Parameters
     ----------
-    told : callable
+    spell : callable
         Formats a length (L) for the message.
 
     Raises
@@ -620,13 +421,13 @@ def onset_on(
     ArgumentError
         If mu0 or dx0 is not positive.
     """
-    check_surface(mu0, dx0)
+    check_friction_and_step(mu0, dx0)
     stiction = read_curve(curve, [exact(mu0)], [exact(1 if dx0 is None else dx0)])
     status = stiction.status[0]
     if status is Status.SLIP:
-        message = f"the tip slips at x0 = {told(float(stiction.x0_slip[0]))}"
+        message = f"the tip slips at x0 = {spell(float(stiction.x0_slip[0]))}"
     elif status is Status.LOCK:
-        message = f"{_no_slip(curve, float(mu0))} {_end_of_lock(curve, stiction, told)}"
+        message = f"{_no_slip(curve, float(mu0))} {_end_of_lock(curve, stiction, spell)}"
     else:
         message = curve.message
     stepped = status is Status.SLIP and dx0 is not None
@@ -659,10 +460,10 @@ def _no_slip(curve: StickingCurve, mu0: float) -> str:
     )
 
 
-def _end_of_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float], str]) -> str:
+def _end_of_lock(curve: StickingCurve, stiction: Stiction, spell: Callable[[float], str]) -> str:
     """Describe how sticking of a locked tip ends."""
-    x0, trail = told(float(stiction.ended.x0[0])), float(stiction.trail.x0[0])
-    then = f" and trails behind the clamp until it slips at x0 = {told(trail)}"
+    x0, trail = spell(float(stiction.ended.x0[0])), float(stiction.trail.x0[0])
+    then = f" and trails behind the clamp until it slips at x0 = {spell(trail)}"
     if not curve.mounting.is_ideal:
         then = "; in this mounting the motion beyond is not computed"
     elif np.isnan(trail):

@@ -4,8 +4,8 @@ The curve does not depend on friction. μ0 decides where on the curve sticking e
 state in which the force leaves the friction cone, forward (−tan α = μ0) or back (tan α = μ0).
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -17,8 +17,8 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.shape import Shape
 from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray, StrArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status, TipMotion
-from vibrissa.sticking.onsets import CurveArray, SolvedPath
-from vibrissa.sticking.piece import AHEAD, StickingState
+from vibrissa.sticking.onsets import CurveArray
+from vibrissa.sticking.piece import AHEAD, NO_PIECES, Pieces, StickingState
 from vibrissa.sticking.shapes import RowStates
 from vibrissa.sticking.vibration import check_vibration, state_frequencies
 
@@ -29,10 +29,8 @@ CURVES_AT_ONCE = 256
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class StickingCurve(SolvedPath):
+class StickingCurve:
     """Equilibrium path of one rod at one height, from α = 0 to its end; see `vibrissa.solve_curve`.
-
-    It has the attributes of `SolvedPath`, and these:
 
     Attributes
     ----------
@@ -43,30 +41,54 @@ class StickingCurve(SolvedPath):
         Whether only the tip may touch the surface (``point``), or the whole rod (``line``).
     method : str
         ``collocation`` or ``shooting``.
+    status : Status
+        ``solved``, ``failed``, or ``out_of_reach`` if a shape before the lock is inadmissible; the
+        curve then has the states before this shape, if any.
     message : str
         What went wrong and what to try; empty if solved.
     end_message : str
         Why the shape is inadmissible or the curve was not followed further; else empty.
     x1_init : float
         Position of the tip in the α = 0 state, with the clamp at x = 0 (L).
+    pieces : Pieces
+        Smooth pieces of the curve at x0 ≥ 0, where the clamp pushes the tip; x0 increases.
+    retraction : Pieces
+        Smooth pieces at x0 < 0, where the clamp is pulled back; empty if they were not solved. For
+        planar rods and non-ideal mountings they are solved only with the argument `retract` of
+        `vibrissa.sticking.api.solve_curves`.
     section : RodSection
     residual : float
         Largest equilibrium residual at points between the solved states. By shooting: largest
         distance of the tip from the contact point (L).
+    x0_lock, mu_lock : float
+        Displacement (L) at which −tan α is largest on the curve, and −tan α there. If the normal
+        force vanishes while the clamp pushes the tip forward (α < 0), `mu_lock` is infinite, and
+        `x0_lock` is the end of the curve. Both are NaN if the shape becomes inadmissible while −tan
+        α is larger than before. −tan α may have several maxima: a tip with a μ0 above one of them
+        goes on sticking, and slips in a later state with −tan α = μ0 if there is one.
     x0_touch : float
         Smallest displacement (L) at which φ1 = 0 or, in tip contact, a part of the rod rises
         through the surface; NaN if there is none before the lock, 0 if the rod lies on the surface
         at α = 0 already.
+    end : End
+        Why the curve ends. A round rod ``swings_aside`` where the clamp passes under the contact
+        point or, in a non-ideal mounting, where `stability_aside` vanishes.
     """
 
     theta: float
     eta: float
     method: str
+    status: Status
     message: str = ""
     x1_init: float = np.nan
+    pieces: Pieces = field(default=NO_PIECES, repr=False)
+    retraction: Pieces = field(default=NO_PIECES, repr=False)
     section: RodSection = RodSection.ROUND
     residual: float = np.nan
+    x0_lock: float = np.nan
+    mu_lock: float = np.nan
     x0_touch: float = np.nan
+    end: End = End.NOT_FOLLOWED
     end_message: str = ""
     mounting: Mounting = IDEAL
     contact_model: Contact = Contact.POINT
@@ -97,7 +119,7 @@ class StickingCurve(SolvedPath):
     @cached_property
     def _alone(self) -> CurveArray:
         """The curve as a `CurveArray` of length 1."""
-        return CurveArray(curves=(self,))
+        return curve_array([self])
 
     def frequencies(self, x0: ArrayLike, count: int = 2, tip: str = TipMotion.STICKS) -> FloatArray:
         """Lowest natural frequencies ω of small vibrations about sticking states.
@@ -282,6 +304,20 @@ class StickingCurve(SolvedPath):
         """
         mu0 = np.asarray(mu0, dtype=float)
         return _shaped(self._alone.trailing_end(_first(mu0.ravel()), mu0.ravel()), mu0.shape)
+
+
+def curve_array(curves: Sequence[StickingCurve]) -> CurveArray:
+    """Join at least one curve, to evaluate all of them together."""
+    pieces = [(curve.retraction, curve.pieces) for curve in curves]
+    return CurveArray(
+        pieces=Pieces.concatenate([part for both in pieces for part in both]),
+        retracted=np.array([len(curve.retraction) for curve in curves], dtype=np.int64),
+        pushing=np.array([len(curve.pieces) for curve in curves], dtype=np.int64),
+        x0_lock=np.array([curve.x0_lock for curve in curves]),
+        mu_lock=np.array([curve.mu_lock for curve in curves]),
+        status=np.array([curve.status for curve in curves], dtype=object),
+        end=np.array([curve.end for curve in curves], dtype=object),
+    )
 
 
 def _first(rows: FloatArray) -> IntArray:

@@ -18,8 +18,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import slices
 from vibrissa.outcomes import Contact, RodSection, Status
 from vibrissa.sticking.api import solve_curves
-from vibrissa.sticking.curve import CURVES_AT_ONCE
-from vibrissa.sticking.onsets import CurveArray
+from vibrissa.sticking.curve import CURVES_AT_ONCE, curve_array
 from vibrissa.sticking.periods import last_steps
 from vibrissa.sticking.piece import PathState
 
@@ -60,7 +59,7 @@ def solve_onsets(
     DataFrame
         A row for each element of the broadcast arrays, in C order: theta, mu0, eta and dx0;
         ``status`` and ``message``; ``x0_slip``, ``n_steps``, ``x0_max``, ``mu_lock`` and
-        ``residual`` as in `vibrissa.sticking.api.Onset`; and the state at the onset, with names
+        ``residual`` as in `vibrissa.sticking.results.Onset`; and the state at the onset, with names
         such as ``reaction_m_slip``. Numbers are NaN where the tip does not slip.
 
     Raises
@@ -144,7 +143,7 @@ def _solved(
     theta, eta = rods.T.tolist()
     curves = solve_curves(theta, eta, contact, [mounting] * len(rods), section, onsets=True)
     index = np.repeat(np.arange(len(curves)), counts)
-    together = CurveArray(curves=tuple(curves))
+    together = curve_array(curves)
     x0_slip, found = together.outcomes(index, columns["mu0"])
     last = last_steps(x0_slip, [exact(1 if step != step else step) for step in columns["dx0"]])
     known = [status in (Status.SLIP, Status.LOCK) for status in found]

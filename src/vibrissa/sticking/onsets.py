@@ -4,7 +4,7 @@ No result of one curve depends on other curves, not even by rounding.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -12,14 +12,13 @@ import numpy as np
 
 from vibrissa.mechanics.equations import shape
 from vibrissa.mechanics.shape import Shape
-from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.roots import first_reached
 from vibrissa.outcomes import Contact, End, Status
 from vibrissa.sticking.piece import (
     AHEAD,
     BACK,
     CONTACT_SLACK,
-    NO_PIECES,
     ROUNDED_FORCE,
     PathState,
     Pieces,
@@ -27,40 +26,6 @@ from vibrissa.sticking.piece import (
     StickingState,
 )
 from vibrissa.sticking.shapes import RowStates
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SolvedPath:
-    """Pieces of an equilibrium path that was solved, its lock and its end.
-
-    Attributes
-    ----------
-    status : Status
-        ``solved``, ``failed``, or ``out_of_reach`` if a shape before the lock is inadmissible; the
-        path then has the states before this shape, if any.
-    pieces : Pieces
-        Smooth pieces of the path at x0 ≥ 0, where the clamp pushes the tip; x0 increases.
-    retraction : Pieces
-        Smooth pieces at x0 < 0, where the clamp is pulled back; empty if they were not solved. For
-        planar rods and non-ideal mountings they are solved only with the argument `retract` of
-        `vibrissa.sticking.api.solve_curves`.
-    x0_lock, mu_lock : float
-        Displacement (L) at which −tan α is largest on the path, and −tan α there. If the normal
-        force vanishes while the clamp pushes the tip forward (α < 0), `mu_lock` is infinite, and
-        `x0_lock` is the end of the path. Both are NaN if the shape becomes inadmissible while −tan
-        α is larger than before. −tan α may have several maxima: a tip with a μ0 above one of them
-        goes on sticking, and slips in a later state with −tan α = μ0 if there is one.
-    end : End
-        Why the path ends. A round rod ``swings_aside`` where the clamp passes under the contact
-        point or, in a non-ideal mounting, where `stability_aside` vanishes.
-    """
-
-    status: Status
-    pieces: Pieces = field(default=NO_PIECES, repr=False)
-    retraction: Pieces = field(default=NO_PIECES, repr=False)
-    x0_lock: float = np.nan
-    mu_lock: float = np.nan
-    end: End = End.NOT_FOLLOWED
 
 
 class _Exit(NamedTuple):
@@ -81,23 +46,36 @@ class _Exit(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CurveArray:
-    """Sticking curves that are evaluated together.
+    """Sticking curves that are evaluated together; `vibrissa.sticking.curve.curve_array` makes it.
+
+    Attributes
+    ----------
+    pieces : Pieces
+        Pieces of all curves, one curve after the other. Those of a curve are in the order of x0:
+        first those of its retraction, then those on which the clamp pushes (x0 ≥ 0).
+    retracted, pushing : ndarray of int, shape (curves,)
+        Numbers of both kinds of pieces of each curve.
+    x0_lock, mu_lock : ndarray, shape (curves,)
+        Displacement of each curve at its lock, where −tan α is largest (L), and its critical
+        friction coefficient; NaN without a lock.
+    status, end : ndarray of Status and of End, shape (curves,)
 
     The methods take an array `index` of int, shape (m,): the curve to which each of m
     displacements x0 (L) or friction coefficients μ0 belongs.
     """
 
-    curves: tuple[SolvedPath, ...]
-
-    @cached_property
-    def pieces(self) -> Pieces:
-        """Pieces of all curves, one curve after the other; those of a curve in the order of x0."""
-        return Pieces.concatenate([p for c in self.curves for p in (c.retraction, c.pieces)])
+    pieces: Pieces
+    retracted: IntArray
+    pushing: IntArray
+    x0_lock: FloatArray
+    mu_lock: FloatArray
+    status: ObjectArray
+    end: ObjectArray
 
     @cached_property
     def stop(self) -> IntArray:
         """Index of each curve's last piece, plus 1."""
-        return np.cumsum([len(curve.retraction) + len(curve.pieces) for curve in self.curves])
+        return np.cumsum(self.retracted + self.pushing)
 
     @cached_property
     def begin(self) -> IntArray:
@@ -107,17 +85,7 @@ class CurveArray:
     @cached_property
     def pushed(self) -> IntArray:
         """Index of each curve's first piece on which the clamp pushes (x0 ≥ 0)."""
-        return self.stop - np.array([len(curve.pieces) for curve in self.curves], dtype=np.int64)
-
-    @cached_property
-    def x0_lock(self) -> FloatArray:
-        """Displacement of each curve at its lock, where −tan α is largest (L); NaN if none."""
-        return np.array([curve.x0_lock for curve in self.curves])
-
-    @cached_property
-    def mu_lock(self) -> FloatArray:
-        """Critical friction coefficient μ_lock of each curve; NaN without a lock."""
-        return np.array([curve.mu_lock for curve in self.curves])
+        return self.stop - self.pushing
 
     @cached_property
     def has_states(self) -> BoolArray:
@@ -127,7 +95,7 @@ class CurveArray:
     @cached_property
     def locks(self) -> BoolArray:
         """Whether each curve has a lock: its tip does not slip forward if μ0 > μ_lock."""
-        return np.array([curve.status is Status.SOLVED for curve in self.curves], dtype=bool)
+        return np.asarray(self.status == Status.SOLVED)
 
     @cached_property
     def x0_end(self) -> FloatArray:
@@ -231,7 +199,7 @@ class CurveArray:
         curve's own status if the curve has no lock and the tip does not slip back on it.
         """
         x0_slip = self.onset(index, mu0)
-        otherwise = np.array([curve.status for curve in self.curves], dtype=object)
+        otherwise = self.status.copy()
         otherwise[self.locks] = Status.LOCK
         status = otherwise[index]
         status[np.isfinite(x0_slip)] = Status.SLIP
@@ -261,7 +229,7 @@ class CurveArray:
     @cached_property
     def _x0_back(self) -> FloatArray:
         """Displacement (L) at which the first sample of each curve has fx > 0; NaN if none has."""
-        samples, first = self.pieces.samples, np.full(len(self.curves), np.nan)
+        samples, first = self.pieces.samples, np.full(len(self.stop), np.nan)
         back = np.where(samples.reaction_fx > ROUNDED_FORCE, samples.x0, np.inf).min(axis=1)
         for row, (start, stop) in enumerate(zip(self.pushed, self.stop, strict=True)):
             some = back[start:stop]
@@ -275,7 +243,7 @@ class CurveArray:
         The state is NaN where the end is ``not_followed``.
         """
         states = StickingState.unknown(len(mu0))
-        ends = np.array([curve.end for curve in self.curves], dtype=object)[index]
+        ends = self.end[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
         final = self.stop[index[followed]] - 1
         last = self.pieces.with_margins(
@@ -291,7 +259,7 @@ class CurveArray:
     def trailing_end(self, index: IntArray, mu0: FloatArray) -> StickingState:
         """Last sticking states of rods that trail behind after lateral buckling; else NaN."""
         states = StickingState.unknown(len(mu0))
-        swings = np.array([curve.end is End.SWINGS_ASIDE for curve in self.curves], dtype=bool)
+        swings = self.end == End.SWINGS_ASIDE
         # The trailing rod first passes the piece of the retraction next to α = 0.
         place = self.pushed[index] - 1
         # Along the retraction tan α falls towards α = 0.

@@ -13,7 +13,7 @@ import numpy as np
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Status
-from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.curve import StickingCurve, curve_array
 from vibrissa.sticking.onsets import CurveArray
 from vibrissa.sticking.piece import StickingState
 
@@ -76,7 +76,7 @@ def read_curves(
     (L). The n-th μ0 and the n-th Δx0 give one period. No period depends on others, not even by
     rounding.
     """
-    together = CurveArray(curves=tuple(curves))
+    together = curve_array(curves)
     index = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])
     friction = np.concatenate(mu0)
     x0_slip, status = together.outcomes(index, friction)

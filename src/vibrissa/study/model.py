@@ -1,35 +1,30 @@
 """The study file: its sections with their keys, and checks that the sections fit together."""
 
-from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
+from typing import Any, Literal, Self
 
 import yaml
 from pydantic import (
-    Discriminator,
     Field,
-    FiniteFloat,
     PrivateAttr,
-    Tag,
     field_validator,
     model_validator,
 )
 
-from vibrissa.outcomes import Contact, RodSection, SlipLaw, Solver
-from vibrissa.study.axes import AXES, FREQUENCIES, MOUNTING_AXES, POWERS, Eta, Theta, Values
+from vibrissa.outcomes import Contact, RodSection, Solver
+from vibrissa.study.axes import FREQUENCIES, MOUNTING_AXES, POWERS
 from vibrissa.study.chunks import (
     MOST_RODS,
     SIZES,
     SIZES_BY_STEP,
     Chunk,
-    chunks_of,
-    number_of_points,
-    sizes_of,
 )
 from vibrissa.study.claims import Claims
 from vibrissa.study.data_files import digest_of
+from vibrissa.study.figure_data import ReadingData, ScanData
 from vibrissa.study.figures import FIGURE_KINDS, Figure, Sections
+from vibrissa.study.grids import ComparisonSection, Grid, StateSection
 from vibrissa.study.points import PointsChunk, PointsSection
 from vibrissa.study.readings import (
     MOST_RECORDINGS,
@@ -38,8 +33,8 @@ from vibrissa.study.readings import (
     reading_chunks,
 )
 from vibrissa.study.scans import ScanChunk, ScanSection, scan_chunks, variants_of
-from vibrissa.study.sections import Count, Mistakes, Name, Section, check_bores
-from vibrissa.study.surfaces import PLANE, SurfaceSection, Variant
+from vibrissa.study.sections import Count, Mistakes, Name, Section
+from vibrissa.study.surfaces import SurfaceSection, Variant
 
 # Default largest number of points of a study: a table of 1 GB.
 MAX_POINTS = 10_000_000
@@ -54,139 +49,6 @@ _KEYS = {
     "friction": ("study", "contact", "section", "surfaces", "scans", "readings"),
     "claims": (*_SOLVED_BY, "grids", "surfaces", "scans", "states", "claims"),
 }
-
-
-class _ProductSection(Section):
-    """All combinations of the values of some axes."""
-
-    theta: Annotated[Values, AXES["theta"]]
-    mu0: Annotated[Values, AXES["mu0"]]
-    eta: Annotated[Values, AXES["eta"]]
-    is_product: ClassVar[bool] = True
-
-    @property
-    def axes(self) -> dict[str, Values]:
-        """Values of each axis in increasing order."""
-        return {name: getattr(self, name) for name in AXES if name in type(self).model_fields}
-
-    @property
-    def number(self) -> int:
-        """Number of points."""
-        return number_of_points(self.axes)
-
-
-class ComparisonSection(_ProductSection):
-    """Points that are solved in both kinds of contact: all combinations of theta, mu0 and eta."""
-
-
-class GridSection(_ProductSection):
-    """Points at which a period of sticking is solved: all combinations of values of the axes."""
-
-    dx0: Annotated[Values, AXES["dx0"]]
-    clamp_angle: Annotated[Values, AXES["clamp_angle"]] = (0.0,)
-    clamp_compliance: Annotated[Values, AXES["clamp_compliance"]] = (0.0,)
-    curvature: Annotated[Values, AXES["curvature"]] = (0.0,)
-    stiffening: Annotated[Values, AXES["stiffening"]] = (0.0,)
-    bore: Annotated[Values, AXES["bore"]] = (0.0,)
-    stage_angle: Annotated[Values, AXES["stage_angle"]] = (0.0,)
-
-    @model_validator(mode="after")
-    def _has_walls(self) -> Self:
-        mistakes = Mistakes()
-        check_bores(mistakes, self.bore, self.theta)
-        mistakes.refuse()
-        return self
-
-    def chunks(self, grid: str, by_step: bool, fixed: Mapping[str, int]) -> Iterator[Chunk]:
-        """Cut the grid into chunks; `fixed` has the largest numbers of values and of rods."""
-        sizes = sizes_of(self.axes, fixed.get("rods", MOST_RODS))
-        return chunks_of(grid, self.axes, sizes | (SIZES_BY_STEP if by_step else {}) | dict(fixed))
-
-
-def _kind_of_grid(written: Any) -> str:
-    """Return the kind of an entry of the section `grids`, by whether it names a file."""
-    is_file = isinstance(written, Mapping) and "points" in written
-    return "[PointsSection]" if is_file else "[GridSection]"
-
-
-_Grid: TypeAlias = Annotated[
-    Annotated[GridSection, Tag("[GridSection]")] | Annotated[PointsSection, Tag("[PointsSection]")],
-    Discriminator(_kind_of_grid),
-]
-
-
-class StateSection(Section):
-    """An equilibrium with a given contact point (x1, eta) and the clamp at the origin."""
-
-    theta: Theta = Field(description=AXES["theta"].meaning)
-    eta: Eta = Field(description=AXES["eta"].meaning)
-    x1: FiniteFloat = Field(
-        description="position of the contact point along the surface in units of L, the clamp at 0"
-    )
-    contact: Contact | None = Field(
-        default=None, description="kind of contact of this state (default: the study's)"
-    )
-
-    @property
-    def axes(self) -> dict[str, Values]:
-        """Values of each axis."""
-        return {"theta": (self.theta,), "eta": (self.eta,), "x1": (self.x1,)}
-
-    def params(self, contact: Contact) -> dict[str, Any]:
-        """Return the solver's inputs; the study's `contact` applies if the state has none."""
-        return self.model_dump(mode="json") | {"contact": (self.contact or contact).value}
-
-    @model_validator(mode="after")
-    def _is_within_reach(self) -> Self:
-        if not self.x1**2 + self.eta**2 < 1:
-            raise ValueError("out of reach: a rod of length 1 needs x1^2 + eta^2 < 1")
-        return self
-
-
-class _ScanData:
-    """Scans as the data of a figure: their axes include those of their surfaces."""
-
-    def __init__(self, scan: ScanSection, surfaces: Mapping[str, SurfaceSection]) -> None:
-        self._scan, self._surfaces = scan, surfaces
-        self.axes = self.narrowed(None, None)
-
-    def narrowed(
-        self, surface: list[str] | None, law: Values | None
-    ) -> dict[str, Values | tuple[str, ...]]:
-        """Return the axes that bear on scans over some surfaces, by some laws."""
-        scan, axes = self._scan, dict(self._scan.axes)
-        if law and set(law) <= {SlipLaw.FREE}:
-            axes.pop("kinetic_ratio", None)
-        if law and {SlipLaw.DAMPED}.isdisjoint(law):
-            axes.pop("damping", None)
-        found: dict[str, set[Any]] = {}
-        known = scan.surface or []
-        for name in set(surface or known) & set(known):
-            for axis, values in self._surfaces[name].axes.items():
-                found.setdefault(axis, set()).update(values)
-        merged: dict[str, Values] = {axis: tuple(sorted(found[axis])) for axis in found}
-        return {**axes, **merged, "surface": tuple(known or [PLANE])}
-
-
-class _ReadingData(_ScanData):
-    """Readings as the data of a figure: their axes include those of their scan."""
-
-    def __init__(
-        self,
-        section: ReadingSection,
-        scan: ScanSection,
-        surfaces: Mapping[str, SurfaceSection],
-    ) -> None:
-        self._section = section
-        super().__init__(scan, surfaces)
-
-    def narrowed(
-        self, surface: list[str] | None, law: Values | None
-    ) -> dict[str, Values | tuple[str, ...]]:
-        """Return the axes that bear on readings over some surfaces, by some laws."""
-        own = {"transducer": self._section.transducer, "read_by": self._section.method}
-        axes = super().narrowed(surface, law)
-        return {**axes, **{name: tuple(sorted(values)) for name, values in own.items()}}
 
 
 class Study(Section):
@@ -235,7 +97,7 @@ class Study(Section):
         "cycle of a scan and of a recording counts as a point, or each step if its path is given; "
         "it catches a typing error before any work",
     )
-    grids: dict[Name, _Grid] = Field(
+    grids: dict[Name, Grid] = Field(
         default={},
         description="named grids of study points; each is the product of its axes, or has the "
         "points of a file",
@@ -409,12 +271,12 @@ class Study(Section):
         """Return the data of figures by name: each has ``axes``."""
         if source == "reading":
             return {
-                name: _ReadingData(section, self.scans[section.scan], self.surfaces)
+                name: ReadingData(section, self.scans[section.scan], self.surfaces)
                 for name, section in self.readings.items()
             }
         if source != "scan":
             return dict(getattr(self, f"{source}s"))
-        return {name: _ScanData(scan, self.surfaces) for name, scan in self.scans.items()}
+        return {name: ScanData(scan, self.surfaces) for name, scan in self.scans.items()}
 
     @property
     def results(self) -> list[str]:

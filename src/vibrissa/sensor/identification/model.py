@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.errors import NoResponseError, WrongRodError
-from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
+from vibrissa.scanning.response import States
 from vibrissa.sensor.identification.factors import likely_factor
 from vibrissa.sensor.identification.fit import Fit, started
 from vibrissa.sensor.identification.fitted_set_up import FittedSetUp
@@ -177,30 +178,56 @@ def read_periods(fitted: FittedSetUp) -> Periods:
     common = common_deviation(effects, fitted.covariance)
     change = heights.change + effects @ fitted.unexpected
     along = fit.model.friction(fit.u)
-    # The tip slips only between the end of pulling and the lock, with friction against its motion.
-    first, last = np.sort(x0, axis=1)[:, [0, -1]].T
+    against_motion = along.max(axis=1) >= -HALF_WIDTH * by_noise
+    possible = _slips_between(states, x0, own) & against_motion
+    along = np.where(possible[:, None], along + change[:, None], np.nan)
+    periods = periods_of(fit.task, along, np.hypot(by_noise, heights.left), common, effects)
+    least, past = _least(fit, own)
+    least = least + (change - HALF_WIDTH * common)
+    status = _statuses(fit, periods, least, past)
+    return replace(periods.ended(status, least), contact=fit.model.contact(fit.u))
+
+
+def _slips_between(states: States, x0: FloatArray, own: FloatArray) -> BoolArray:
+    """Whether tips may slip between the end of pulling and the lock, within the errors of x0.
+
+    Parameters
+    ----------
+    states : States
+        States in the steps in which the tips of p periods slip.
+    x0 : ndarray, shape (p, 3)
+        Displacements at the start, the middle and the end of these steps (L).
+    own : ndarray, shape (p,)
+        Standard deviations of the displacements (L).
+    """
     # On a level stage all periods have the same height.
     x0_pull, x0_lock = (
         np.broadcast_to(at, x0.shape)[:, 1] for at in (states.x0_pull, states.x0_lock)
     )
-    possible = last + HALF_WIDTH * own > x0_pull
-    possible &= first - HALF_WIDTH * own < x0_lock
-    possible &= along.max(axis=1) >= -HALF_WIDTH * by_noise
-    along = np.where(possible[:, None], along + change[:, None], np.nan)
-    periods = periods_of(fit.task, along, np.hypot(by_noise, heights.left), common, effects)
-    least, past = _least(fit, own)
-    least += change - HALF_WIDTH * common
+    after_pull = x0.max(axis=1) + HALF_WIDTH * own > x0_pull
+    return np.asarray(after_pull & (x0.min(axis=1) - HALF_WIDTH * own < x0_lock))
+
+
+def _statuses(fit: Fit, periods: Periods, least: FloatArray, past: BoolArray) -> StrArray:
+    """Status of each period.
+
+    Parameters
+    ----------
+    least : ndarray, shape (p,)
+        Lower bounds of μ0.
+    past : ndarray of bool, shape (p,)
+        Whether the tip stuck past the lock.
+    """
     opened = fit.task.spans.opened
     # Past the lock the tip can slip if the clamp goes back, but not if it goes on.
-    locked = fit.task.spans.swung | (past & (opened | (sign > 0.0)))
+    locked = fit.task.spans.swung | (past & (opened | (fit.task.ends.sign > 0.0)))
     # If the tip stuck with more friction than at the end of the period, it did not slip there.
     more = ~locked & ~opened & (least > periods.high)
-    status = np.select(
+    return np.select(
         [np.isnan(least) | more, locked, opened, np.isnan(periods.mu0)],
         [PeriodStatus.BEYOND, PeriodStatus.LOCK, PeriodStatus.OPEN, PeriodStatus.BEYOND],
         PeriodStatus.SLIP,
     )
-    return replace(periods.ended(status, least), contact=fit.model.contact(fit.u))
 
 
 class _ByHeight(NamedTuple):

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -172,17 +173,10 @@ def task_of(
     RecordingError
         If the readings have no measurable noise.
     """
-    stated_noise = _noise(setup, transducer, units)
-    scatter = (
-        noise_of(recording.readings, recording.clamp) if stated_noise is None else stated_noise
-    )
+    errors = _errors_of_readings(recording, _noise(setup, transducer, units))
     # A reading is at least as uncertain as its resolution.
-    rounded, lasts = np.array([rounding(channel) for channel in recording.readings.T]).T
-    if stated_noise is not None:
-        # A channel whose stated noise is 0 is not used.
-        rounded = np.where(stated_noise > 0.0, rounded, 0.0)
-    known = _measurable(np.maximum(scatter, rounded), recording)
-    recording = recording.noted(*_coarse(rounded > scatter, rounded, units))
+    known = _measurable(np.maximum(errors.scatter, errors.rounded), recording)
+    recording = recording.noted(*_coarse(errors.rounded > errors.scatter, errors.rounded, units))
     assumed = assumed_tolerances(units, known) if setup.assume else {}
     if whisker is not None:
         read = whisker.tolerances
@@ -206,12 +200,44 @@ def task_of(
         spans=in_periods.spans,
         row=in_periods.row,
         # Successive readings that are rounded alike have the same error: their mean is no better.
-        noise=np.hypot(known, rounded * np.sqrt(lasts - 1.0)),
-        noise_is_given=stated_noise is not None,
+        noise=np.hypot(known, errors.rounded * np.sqrt(errors.lasts - 1.0)),
+        noise_is_given=errors.is_given,
         parameters=parameters_of(sizes, frozenset(stated), full_scale, whisker),
         slope=Slope(deviation=sizes.get(SLOPE, 0.0), length=slope_length(units)),
         units=units,
     )
+
+
+class _ErrorsOfReadings(NamedTuple):
+    """Errors of one reading of each of the three channels, dimensionless.
+
+    Attributes
+    ----------
+    scatter : ndarray, shape (3,)
+        Standard deviation of the noise, stated or estimated.
+    rounded : ndarray, shape (3,)
+        Standard deviation of the rounding; 0 in a channel that is not used.
+    lasts : ndarray, shape (3,)
+        Number of rows that a rounded reading lasts.
+    is_given : bool
+        Whether the noise is stated.
+    """
+
+    scatter: FloatArray
+    rounded: FloatArray
+    lasts: FloatArray
+    is_given: bool
+
+
+def _errors_of_readings(recording: Recording, stated_noise: FloatArray | None) -> _ErrorsOfReadings:
+    """Estimate the rounding of the readings and, if no noise is stated, their noise."""
+    rounded, lasts = np.array([rounding(channel) for channel in recording.readings.T]).T
+    if stated_noise is None:
+        scatter = noise_of(recording.readings, recording.clamp)
+        return _ErrorsOfReadings(scatter=scatter, rounded=rounded, lasts=lasts, is_given=False)
+    # A channel whose stated noise is 0 is not used.
+    rounded = np.where(stated_noise > 0.0, rounded, 0.0)
+    return _ErrorsOfReadings(scatter=stated_noise, rounded=rounded, lasts=lasts, is_given=True)
 
 
 def slope_length(units: Units) -> float:

@@ -37,7 +37,7 @@ from vibrissa.sticking.solving.following import (
 from vibrissa.sticking.solving.refinement import (
     NOT_RESOLVED,
     STATES_ALONG_PART,
-    PathStates,
+    StatesAlongParts,
     resolve,
 )
 
@@ -364,7 +364,9 @@ def _resolved(
         shorter = np.where(tip, np.minimum(parts.length, under), parts.length)
         parts = replace(parts, length=shorter)
     known = parts.take(np.flatnonzero(parts.length > 0.0))
-    guess = PathStates(parts=known, unknowns=guessed(known, branches, knots, STATES_ALONG_PART[0]))
+    guess = StatesAlongParts(
+        parts=known, unknowns=guessed(known, branches, knots, STATES_ALONG_PART[0])
+    )
     solved = (
         finished(one, branches, side, model, round_rods=round_rods, ideal=ideal)
         for one in resolve(guess)

@@ -36,7 +36,7 @@ from vibrissa.sticking.piece import (
 )
 from vibrissa.sticking.shapes import ShapesAlongPiece, SolvedParts
 from vibrissa.sticking.solving.branches import Branches
-from vibrissa.sticking.solving.refinement import PathStates, Resolved
+from vibrissa.sticking.solving.refinement import Resolved, StatesAlongParts
 
 # Accuracy of the place where shapes become inadmissible, as a fraction of a part.
 LIMIT_TOLERANCE = 1e-11
@@ -165,7 +165,7 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
     )
 
 
-def _shapes(path: PathStates, side: FloatArray, round_rods: bool) -> ObjectArray:
+def _shapes(path: StatesAlongParts, side: FloatArray, round_rods: bool) -> ObjectArray:
     """Shapes along each part; the parameter of a retracted part changes its sign."""
     parts = path.parts
     solved = SolvedParts(
@@ -195,7 +195,7 @@ def _level(phi1: FloatArray) -> FloatArray:
     return np.union1d(chebyshev_roots(series), extremes)
 
 
-def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
+def _buckling(path: StatesAlongParts, pieces: Pieces) -> FloatArray:
     """Parameter values at which rods buckle laterally; NaN if nowhere."""
     found = np.full(len(pieces), np.nan)
     shares = np.linspace(0.0, 1.0, SAMPLES)

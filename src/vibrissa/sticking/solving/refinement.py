@@ -40,7 +40,7 @@ HALVINGS = 6
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PathStates(Batch):
+class StatesAlongParts(Batch):
     """States of smooth parts of paths, guessed or solved, at Chebyshev points of their parameters.
 
     Attributes
@@ -124,7 +124,7 @@ class Resolved(Batch):
 
     Attributes
     ----------
-    path : PathStates
+    path : StatesAlongParts
         The parts with their solved states.
     loads : ndarray, shape (n, states, 6)
         Offset, fx, fy, m(0), φ1 and s_c of each state.
@@ -132,12 +132,12 @@ class Resolved(Batch):
         Largest residual of each part, half-way between its states.
     """
 
-    path: PathStates
+    path: StatesAlongParts
     loads: FloatArray
     residual: FloatArray
 
 
-def resolve(guess: PathStates) -> Iterator[Resolved]:
+def resolve(guess: StatesAlongParts) -> Iterator[Resolved]:
     """Solve the states of parts, with more and more nodes and states, until they are resolved.
 
     A part for which no number of states is enough is halved. Yields batches of resolved parts and
@@ -191,7 +191,7 @@ def _interpolated(matrices: FloatArray, count: int) -> FloatArray:
     return rows.reshape(number, count, *shape)
 
 
-def _halves(path: PathStates) -> Iterator[PathStates]:
+def _halves(path: StatesAlongParts) -> Iterator[StatesAlongParts]:
     """Yield the first halves of the parts, then the second halves, with interpolated states."""
     for share in (0.0, 0.5):
         start = path.parts.start + share * path.parts.length
@@ -211,13 +211,13 @@ def _needed(ladder: Sequence[float], number: int, decay: FloatArray, target: flo
     return np.array(ladder)[np.searchsorted(ladder, np.minimum(needed, ladder[-1]))]
 
 
-def _rod_decay(path: PathStates) -> FloatArray:
+def _rod_decay(path: StatesAlongParts) -> FloatArray:
     """Largest `coefficient_decay` among the states of each part; infinite if a state is NaN."""
     decays = coefficient_decay(path.states).reshape(-1, path.count).max(axis=1)
     return np.nan_to_num(decays, nan=np.inf)
 
 
-def _loads(path: PathStates) -> FloatArray:
+def _loads(path: StatesAlongParts) -> FloatArray:
     """Offset, fx, fy, m(0), φ1 and s_c of the states, shape (parts, states, 6)."""
     states = path.states
     end = ends(states)
