@@ -150,7 +150,7 @@ def density_growth(tau: Floats, theta: Floats, s_c: Floats) -> tuple[FloatArray,
     # The logarithms of g and h shrink at the rates `shrinking` and `falling`/h.
     falling = (theta - 1.0) * (1.0 - tau)
     shrinking = (theta - 1.0) / (theta - (theta - 1.0) * s_c)
-    twice = 2.0 * falling / (theta - s_c * falling)
+    twice = np.asarray(2.0 * falling / (theta - s_c * falling))
     return 1.0 / s_c - shrinking + twice, 1.0 / s_c + 3.0 * shrinking - twice
 
 

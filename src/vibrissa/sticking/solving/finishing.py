@@ -13,6 +13,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import (
     chebyshev_derivative,
+    chebyshev_interpolation,
     chebyshev_nodes,
     chebyshev_roots,
     chebyshev_transform,
@@ -130,9 +131,8 @@ def finished(
 def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: bool) -> Pieces:
     """Pieces with the states of parts, in the direction in which the parts were followed."""
     parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES_PER_PIECE)
-    to_states = interpolation(count, places)
-    to_states[[0, -1]] = np.eye(count)[[0, -1]]
-    offset, fx, fy, moment, phi1, s_c = np.moveaxis(to_states @ found.loads, -1, 0)
+    loads = chebyshev_interpolation(count, STATES_PER_PIECE) @ found.loads
+    offset, fx, fy, moment, phi1, s_c = np.moveaxis(loads, -1, 0)
     at = parts.start[:, None] + places * parts.length[:, None]
     way, x1_init, cos = (
         values[parts.branch, None] for values in (side, branches.x1_init, branches.cos)

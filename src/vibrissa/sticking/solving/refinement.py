@@ -158,15 +158,19 @@ def resolve(guess: PathStates) -> Iterator[Resolved]:
         rod, decay = _rod_decay(path) < DECAY_TOLERANCE, _decay_along(loads)
         smooth = np.flatnonzero(rod & (decay < DECAY_TOLERANCE))
         residual = np.full(len(path), np.inf)
-        residual[smooth] = path.take(smooth).residual(chebyshev_nodes(2 * count - 1)[1::2])
+        if len(smooth):
+            residual[smooth] = path.take(smooth).residual(chebyshev_nodes(2 * count - 1)[1::2])
         resolved = residual < residual_tolerance(nodes)
         if resolved.any():
             known = replace(path, inverse=None)
             yield Resolved(path=known, loads=loads, residual=residual).take(resolved)
+        if resolved.all():
+            continue
         # More states help only where the rod itself is resolved.
         fine, doubtful = rod & ~resolved, smooth[~resolved[smooth]]
-        exact = path.take(doubtful).residual(position) < 0.5 * residual_tolerance(nodes)
-        fine[doubtful] = exact
+        if len(doubtful):
+            exact = path.take(doubtful).residual(position) < 0.5 * residual_tolerance(nodes)
+            fine[doubtful] = exact
         coarse = np.flatnonzero(~fine & ~resolved)
         finer = [n for n in NODES_ALONG_ROD if n > nodes]
         solved = np.isfinite(path.unknowns)
