@@ -1,15 +1,28 @@
 """Design of the rod of a sensor: requirements, constraints, materials and the search.
 
-The command line calls `design`. This package builds on `vibrissa.sensor`.
+The command line calls `design`. This package builds on `vibrissa.sensor`. The public names are
+imported when first used.
 """
 
-from vibrissa.design import materials
-from vibrissa.design.candidate import Candidate
-from vibrissa.design.materials import Material
-from vibrissa.design.requirements import Requirements
-from vibrissa.design.search import Design, DesignStatus, design
+from typing import TYPE_CHECKING
 
-__all__ = ["MATERIALS", "Candidate", "Design", "DesignStatus", "Material", "Requirements", "design"]
+from vibrissa.lazy import attached
 
-MATERIALS = materials.MATERIALS
-"""Materials by name, such as ``music-wire``."""
+if TYPE_CHECKING:
+    from vibrissa.design.candidate import Candidate as Candidate
+    from vibrissa.design.materials import MATERIALS as MATERIALS
+    from vibrissa.design.materials import Material as Material
+    from vibrissa.design.requirements import Requirements as Requirements
+    from vibrissa.design.search import Design as Design
+    from vibrissa.design.search import DesignStatus as DesignStatus
+    from vibrissa.design.search import design as design
+
+__getattr__, __all__ = attached(
+    __name__,
+    {
+        "candidate": "Candidate",
+        "materials": "MATERIALS Material",
+        "requirements": "Requirements",
+        "search": "Design DesignStatus design",
+    },
+)
