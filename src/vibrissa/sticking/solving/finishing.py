@@ -188,25 +188,23 @@ def _level(phi1: FloatArray) -> FloatArray:
 
 def _buckling(path: PathStates, pieces: Pieces) -> FloatArray:
     """Parameter values at which rods buckle laterally; NaN if nowhere."""
-    found = np.full(len(pieces), np.nan)
     shares = np.linspace(0.0, 1.0, SAMPLES)
-    for row, along in enumerate(pieces.shapes):
-        sampled = chebyshev.chebval(2.0 * shares - 1.0, along.margins[1])
-        buckled = sampled <= 0.0
-        after = int(buckled.argmax())
-        if not buckled.any():
-            continue
-        share = shares[after]
-        if after:
-            before = sampled[after - 1]
-            share -= sampled[after] / (sampled[after] - before) * (share - shares[after - 1])
-            alone = path.take(np.array([row]))
-            for width in BUCKLING_WIDTHS:
-                sides = share + width * np.array([-1.0, 1.0])
-                low, high = lateral_stability(alone.at(sides).states)
-                share = sides[0] + low / (low - high) * (sides[1] - sides[0])
-        found[row] = pieces.start[row] + share * (pieces.stop[row] - pieces.start[row])
-    return found
+    margins = pieces.shapes[0].parts.lateral_margins
+    sampled = chebyshev.chebval(2.0 * shares - 1.0, margins.T)
+    buckled = sampled <= 0.0
+    after = buckled.argmax(axis=1)
+    share = np.where(buckled.any(axis=1), shares[after], np.nan)
+    rows = np.flatnonzero(after > 0)
+    if len(rows):
+        last = after[rows]
+        behind, before = sampled[rows, last], sampled[rows, last - 1]
+        share[rows] -= behind / (behind - before) * (shares[last] - shares[last - 1])
+        some = path.take(rows)
+        for width in BUCKLING_WIDTHS:
+            sides = share[rows, None] + width * np.array([-1.0, 1.0])
+            low, high = lateral_stability(some.at(sides).states).reshape(-1, 2).T
+            share[rows] = sides[:, 0] + low / (low - high) * (sides[:, 1] - sides[:, 0])
+    return pieces.start + share * (pieces.stop - pieces.start)
 
 
 def _looked_at(found: Resolved, at: FloatArray, wanted: Collection[str] = ALL) -> Clearance:

@@ -81,9 +81,12 @@ class PathStates(Batch):
         return replace(self, unknowns=self.unknowns @ transfer(self.nodes, nodes), inverse=None)
 
     def at(self, position: FloatArray) -> Self:
-        """Interpolate the states of each part at the fractions `position` of its length."""
-        unknowns = interpolation(self.count, position) @ self.unknowns
-        return replace(self, unknowns=unknowns, inverse=None)
+        """Interpolate the states of each part at the fractions `position` of its length.
+
+        The shape of `position` is (k,) if the fractions are common to all parts, else (n, k).
+        """
+        rows = interpolation(self.count, position.ravel()).reshape(*position.shape, self.count)
+        return replace(self, unknowns=rows @ self.unknowns, inverse=None)
 
     def with_states(self, count: int) -> Self:
         """Interpolate the states and their inverse Jacobians to `count` Chebyshev points."""
