@@ -49,7 +49,7 @@ class SolvedParts:
         """Number of states along each part from which the margins are computed."""
         return (self.unknowns.shape[1] + 1) // 2
 
-    @cached_property
+    @property
     def _few(self) -> RodStates:
         """Half of the states, on fewer nodes."""
         _, states, columns = self.unknowns.shape
