@@ -273,8 +273,8 @@ def derivatives(states: RodStates) -> Derivatives:
     fx, fy = states.fx[:, None], states.fy[:, None]
     load, load_slope = fx * sin - fy * cos, fx * cos + fy * sin
     arc_growth, compliance_growth = states.density_growth(rule.nodes)
-    # Derivatives of −dφ/dτ (straighten) and of −c·m(0) (turn_back). A slope changes dm/dτ at its own
-    # node alone, so that its column of the integral is only scaled.
+    # Derivatives of −dφ/dτ (straighten) and of −c·m(0) (turn_back). A slope changes dm/dτ at its
+    # own node alone, so that its column of the integral is only scaled.
     by_scalars = np.empty((len(states), nodes, 3))
     by_scalars[..., 0], by_scalars[..., 1], by_scalars[..., 2] = sin, -cos, arc_growth * load
     straighten = np.empty((len(states), nodes, nodes + 3))
