@@ -80,6 +80,15 @@ def test_the_tangent_is_the_derivative_of_the_states():
     assert found.ends[0] == pytest.approx([1.0, *difference[0, -3:], phi1[0]], abs=2e-4)
 
 
+def test_rods_solved_together_have_the_states_of_each_alone_though_one_is_solved_before():
+    theta, eta = np.array([1.2, 2.0, 3.5]), np.array([0.9, 0.85, 0.8])
+    first = first_states(theta, eta, 24)
+    closing = at_offset(np.array([1.0, 0.9, 0.8]) * ends(first).offset, eta)
+    together, found, _ = solve(first, closing)
+    alone = [solve(first.take([row]), closing.take([row])).states.unknowns[0] for row in range(3)]
+    assert found.all() and together.unknowns == pytest.approx(np.array(alone), abs=1e-11)
+
+
 @settings(max_examples=25, deadline=None)
 @given(pairs)
 def test_states_balance_and_solve_the_equations_and_so_do_their_mirror_images(pair):

@@ -57,6 +57,7 @@ class Material(Card):
 
 
 MATERIALS = Presets(Material, Path(__file__).with_name("materials.toml"))
+"""Materials by name, such as ``music-wire``."""
 
 
 def stated_material(setup: Setup) -> Material | None:

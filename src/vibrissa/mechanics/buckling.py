@@ -32,7 +32,11 @@ def buckling_load(theta: FloatArray) -> FloatArray:
     [2.467401 1.028965]
     """
     theta = np.asarray(theta, dtype=float)
-    return (_wave_number(theta) / theta) ** 2
+    return _load(theta, _wave_number(theta))
+
+
+def _load(theta: FloatArray, kappa: FloatArray) -> FloatArray:
+    return np.asarray((kappa / theta) ** 2)
 
 
 def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
@@ -41,8 +45,12 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
     For the buckling load f and κ = θ·√f, the moment m ∝ d·sin(κ·(1 − τ)) solves
     d⁴·m'' + f·m = 0, and ψ = −m'/f. The result has the shape (n, len(tau)).
     """
-    theta = np.asarray(theta, dtype=float)[:, None]
-    kappa = _wave_number(theta)
+    theta = np.asarray(theta, dtype=float)
+    return _mode(tau, theta, _wave_number(theta))
+
+
+def _mode(tau: FloatArray, theta: FloatArray, kappa: FloatArray) -> FloatArray:
+    theta, kappa = theta[:, None], kappa[:, None]
     phase = kappa * (1.0 - tau)
     mode = (theta - 1.0) * np.sin(phase) + kappa * (1.0 + (theta - 1.0) * tau) * np.cos(phase)
     return -mode / (kappa * theta)
@@ -56,10 +64,10 @@ def buckled_unknowns(theta: FloatArray, eta: FloatArray, nodes: int) -> FloatArr
     ndarray, shape (n, nodes + 3)
         Unknowns of the states, as in `vibrissa.mechanics.states.RodStates`.
     """
-    rule = gauss_rule(nodes)
-    mode = buckling_mode(rule.nodes, theta)
+    rule, kappa = gauss_rule(nodes), _wave_number(theta)
+    mode = _mode(rule.nodes, theta, kappa)
     weights = rule.weights * arc_density(rule.nodes, theta[:, None])
     amplitude = np.sqrt(2.0 * (1.0 - eta) / (weights * mode**2).sum(axis=1))
     phi = CLAMP_SLOPE + amplitude[:, None] * mode
     fx, s_c = np.zeros_like(theta), np.ones_like(theta)
-    return np.column_stack([phi, fx, -buckling_load(theta), s_c])
+    return np.column_stack([phi, fx, -_load(theta, kappa), s_c])

@@ -93,6 +93,38 @@ class ClosingCondition(Batch):
         return cls(height=height, tilt=tilt, weights=every, value=value)
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FreeParts(Batch):
+    """Free parts of n rods, from the clamp to the contact point, as long as s_c does not change.
+
+    Attributes
+    ----------
+    density, compliance : ndarray, shape (n, nodes)
+        Both `RodStates.densities` at the nodes.
+    slope : ndarray, shape (n, nodes) or (n, 1)
+        Slope of the unloaded rod at the nodes (rad).
+    end_slope : ndarray, shape (n,)
+        Slope of the unloaded rod at the contact point (rad).
+    """
+
+    density: FloatArray
+    compliance: FloatArray
+    slope: FloatArray
+    end_slope: FloatArray
+
+    @classmethod
+    def of(cls, states: RodStates) -> Self:
+        """Evaluate the free parts of the rods of some states."""
+        nodes = gauss_rule(states.nodes).nodes
+        density, compliance = states.densities(nodes)
+        return cls(
+            density=density,
+            compliance=compliance,
+            slope=states.natural_slope(nodes),
+            end_slope=states.natural_slope(END)[:, 0],
+        )
+
+
 class _Integrands(NamedTuple):
     """Functions to be integrated over τ: their values at the nodes, shape (n, nodes) each.
 
@@ -112,23 +144,23 @@ class _Integrands(NamedTuple):
     bend: FloatArray
 
 
-def _integrands(states: RodStates) -> _Integrands:
+def _integrands(states: RodStates, free: FreeParts) -> _Integrands:
     """Evaluate the integrands of height, reach, moment and slope."""
     rule = gauss_rule(states.nodes)
-    density, compliance = states.densities(rule.nodes)
     height, reach = direction(states.phi)
-    height *= density
-    reach *= density
+    height *= free.density
+    reach *= free.density
     fall = states.fy[:, None] * reach
     fall -= states.fx[:, None] * height
     bend = fall @ rule.to_end.T
-    bend *= compliance
+    bend *= free.compliance
     return _Integrands(height=height, reach=reach, fall=fall, bend=bend)
 
 
 def bending_moment(states: RodStates) -> FloatArray:
     """Bending moment m(s) = −∫ m' ds from s to the contact point, at the nodes (E·I0/L)."""
-    return np.asarray(_integrands(states).fall @ gauss_rule(states.nodes).to_end.T)
+    fall = _integrands(states, FreeParts.of(states)).fall
+    return np.asarray(fall @ gauss_rule(states.nodes).to_end.T)
 
 
 class Ends(NamedTuple):
@@ -154,10 +186,11 @@ class Ends(NamedTuple):
 
 def ends(states: RodStates) -> Ends:
     """Evaluate states at the clamp and at the contact point, whose slope follows from E1."""
-    return _ends(states, _integrands(states))
+    free = FreeParts.of(states)
+    return _ends(states, free, _integrands(states, free))
 
 
-def _ends(states: RodStates, integrands: _Integrands) -> Ends:
+def _ends(states: RodStates, free: FreeParts, integrands: _Integrands) -> Ends:
     weights = gauss_rule(states.nodes).weights
     height, reach, fall, bend = integrands
     moment = fall @ weights
@@ -165,12 +198,19 @@ def _ends(states: RodStates, integrands: _Integrands) -> Ends:
         offset=reach @ weights + 1.0 - states.s_c,
         height=height @ weights,
         moment=moment,
-        phi1=states.natural_slope(END)[:, 0] + states.clamp_compliance * moment + bend @ weights,
+        phi1=free.end_slope + states.clamp_compliance * moment + bend @ weights,
     )
 
 
-def residuals(states: RodStates, closing: ClosingCondition) -> FloatArray:
+def residuals(
+    states: RodStates, closing: ClosingCondition, free: FreeParts | None = None
+) -> FloatArray:
     """Residuals of the equations of n states.
+
+    Parameters
+    ----------
+    free : FreeParts, optional
+        The free parts of the rods, if they are known already.
 
     Returns
     -------
@@ -179,12 +219,13 @@ def residuals(states: RodStates, closing: ClosingCondition) -> FloatArray:
         and of E4, the kind of contact; in this order.
     """
     nodes, rule = states.nodes, gauss_rule(states.nodes)
-    integrands = _integrands(states)
-    end = _ends(states, integrands)
+    free = FreeParts.of(states) if free is None else free
+    integrands = _integrands(states, free)
+    end = _ends(states, free, integrands)
     values = np.empty_like(states.unknowns)
     np.subtract(states.phi, integrands.bend @ rule.from_start.T, out=values[:, :nodes])
     turn = states.clamp_compliance * end.moment
-    values[:, :nodes] -= states.natural_slope(rule.nodes) + turn[:, None]
+    values[:, :nodes] -= free.slope + turn[:, None]
     values[:, nodes] = end.height - closing.tilt * end.offset - closing.height
     prescribed = np.array([end.offset, states.fx, states.fy, states.s_c, end.phi1])
     values[:, nodes + 1] = np.vecdot(closing.weights, prescribed.T) - closing.value
@@ -232,23 +273,23 @@ def derivatives(states: RodStates) -> Derivatives:
     fx, fy = states.fx[:, None], states.fy[:, None]
     load, load_slope = fx * sin - fy * cos, fx * cos + fy * sin
     arc_growth, compliance_growth = states.density_growth(rule.nodes)
-    # Derivatives of dφ/dτ (bend) and of m(0). A slope changes dm/dτ at its own node alone, so that
-    # its column of the integral is only scaled.
+    # Derivatives of −dφ/dτ (straighten) and of −c·m(0) (turn_back). A slope changes dm/dτ at its
+    # own node alone, so that its column of the integral is only scaled.
     by_scalars = np.empty((len(states), nodes, 3))
     by_scalars[..., 0], by_scalars[..., 1], by_scalars[..., 2] = sin, -cos, arc_growth * load
-    bend_change = np.empty((len(states), nodes, nodes + 3))
-    np.multiply(rule.to_end, load_slope[:, None, :], out=bend_change[:, :, :nodes])
-    bend_change[:, :, nodes:] = rule.to_end @ by_scalars
-    bend_change[:, :, nodes + 2] += compliance_growth * (load @ rule.to_end.T)
-    bend_change *= -compliance[:, :, None]
-    moment_change = np.empty((len(states), nodes + 3))
-    moment_change[:, :nodes] = -rule.weights * load_slope
-    moment_change[:, nodes:] = -(rule.weights @ by_scalars)
-    unbent = states.clamp_compliance[:, None] * moment_change
-    slope = -(rule.from_start @ bend_change) - unbent[:, None]
+    straighten = np.empty((len(states), nodes, nodes + 3))
+    np.multiply(rule.to_end, load_slope[:, None, :], out=straighten[:, :, :nodes])
+    straighten[:, :, nodes:] = rule.to_end @ by_scalars
+    straighten[:, :, nodes + 2] += compliance_growth * (load @ rule.to_end.T)
+    straighten *= compliance[:, :, None]
+    turn_back = np.empty((len(states), nodes + 3))
+    turn_back[:, :nodes] = rule.weights * load_slope
+    turn_back[:, nodes:] = rule.weights @ by_scalars
+    turn_back *= states.clamp_compliance[:, None]
+    slope = rule.from_start @ straighten
+    slope += turn_back[:, None]
     diagonal = np.arange(nodes)
     slope[:, diagonal, diagonal] += 1.0
-    slope[:, :, nodes + 2] -= _natural_growth(states, rule.nodes)
     height, offset = np.zeros((2, *states.unknowns.shape))
     height[:, :nodes], offset[:, :nodes] = rule.weights * cos, -rule.weights * sin
     height[:, nodes + 2] = (arc_growth * sin) @ rule.weights
@@ -256,18 +297,15 @@ def derivatives(states: RodStates) -> Derivatives:
     by_ends = np.zeros((len(states), 5, nodes + 3))
     by_ends[:, OFFSET] = offset
     by_ends[:, [FX, FY, S_C], [nodes, nodes + 1, nodes + 2]] = 1.0
-    by_ends[:, PHI1] = unbent + rule.weights @ bend_change
-    by_ends[:, PHI1, nodes + 2] += _natural_growth(states, END)[:, 0]
+    by_ends[:, PHI1] = -turn_back - rule.weights @ straighten
+    if states.curvature.shape[1]:
+        slope[:, :, nodes + 2] -= _natural_growth(states, rule.nodes)
+        by_ends[:, PHI1, nodes + 2] += _natural_growth(states, END)[:, 0]
     return Derivatives(slope, height, by_ends)
 
 
 def _natural_growth(states: RodStates, tau: FloatArray) -> FloatArray:
-    """Differentiate the slope ∫₀ˢ κ0 du of the unloaded rod with respect to s_c at fixed τ.
-
-    The shape is (n, len(tau)), or (n, 1) if all rods are straight.
-    """
-    if not states.curvature.shape[1]:
-        return np.zeros((len(states), 1))
+    """Differentiate the slope ∫₀ˢ κ0 du of the unloaded rod with respect to s_c at fixed τ."""
     growth = arc_length_growth(tau, states.theta[:, None], states.s_c[:, None])
     return polynomial(states.curvature, states.arc_length(tau)) * growth
 

@@ -4,7 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.equations import ClosingCondition, derivatives, jacobian, residuals
+from vibrissa.mechanics.equations import (
+    ClosingCondition,
+    FreeParts,
+    derivatives,
+    jacobian,
+    residuals,
+)
 from vibrissa.mechanics.states import SCALARS, RodStates, transfer
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import slices
@@ -59,6 +65,8 @@ def solve(
         Approximate inverse Jacobians to begin with, as `coarse_inverse` computes them. Where they
         converge too slowly they are computed anew.
     """
+    if len(guess) <= STATES_AT_ONCE:
+        return _iterated(guess, closing, tolerance, iterations, inverse)
     solved = [
         _iterated(
             guess.take(part),
@@ -67,10 +75,8 @@ def solve(
             iterations,
             None if inverse is None else inverse[part],
         )
-        for part in slices(max(len(guess), 1), STATES_AT_ONCE)
+        for part in slices(len(guess), STATES_AT_ONCE)
     ]
-    if len(solved) == 1:
-        return solved[0]
     return Solution(
         states=RodStates.concatenate([part.states for part in solved]),
         converged=np.concatenate([part.converged for part in solved]),
@@ -92,13 +98,19 @@ def _iterated(
     unknowns[~guess.line, -1] = 1.0
     states = guess.with_unknowns(unknowns)
     inverse = coarse_inverse(states, closing) if inverse is None else inverse.copy()
+    # In point contact s_c does not change.
+    free = None if guess.line.any() else FreeParts.of(states)
     converged, previous = np.zeros(len(states), dtype=bool), np.ones(len(states))
     active = np.arange(len(states))
     for _ in range(iterations):
         whole = len(active) == len(states)
         every = slice(None) if whole else active
-        some = (states, closing) if whole else (states.take(active), closing.take(active))
-        change = _correction(*some, inverse[every])
+        if whole:
+            change = _correction(states, closing, free, inverse)
+        else:
+            known = None if free is None else free.take(active)
+            some = states.take(active), closing.take(active), known
+            change = _correction(*some, inverse[active])
         unknowns[every] -= change
         states = guess.with_unknowns(unknowns)
         size = _size(unknowns[every], change)
@@ -120,7 +132,9 @@ def _iterated(
     )
 
 
-def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:
+def _correction(
+    states: RodStates, closing: ClosingCondition, free: FreeParts | None, inverse: FloatArray
+) -> FloatArray:
     """Compute corrections from residuals on all nodes and inverse Jacobians on fewer nodes.
 
     Fewer nodes suffice, because the integral operator of E1 makes the difference between correction
@@ -128,7 +142,7 @@ def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArra
     Kind, 1997, §6.2).
     """
     nodes, few = states.nodes, inverse.shape[1] - SCALARS
-    values = residuals(states, closing)
+    values = residuals(states, closing, free)
     right = values @ transfer(nodes, few)
     update = np.matvec(inverse, right)
     update[:, :few] -= right[:, :few]
@@ -141,7 +155,8 @@ def _size(unknowns: FloatArray, change: FloatArray) -> FloatArray:
     """Largest change of an unknown; changes of fx, fy and s_c are divided by 1 + |fx| + |fy|."""
     size = np.abs(change)
     force = 1.0 + np.abs(unknowns[:, -3]) + np.abs(unknowns[:, -2])
-    return np.maximum(size[:, :-SCALARS].max(axis=1), size[:, -SCALARS:].max(axis=1) / force)
+    size[:, -SCALARS:] /= force[:, None]
+    return np.asarray(size.max(axis=1))
 
 
 def coarse_nodes(nodes: int) -> int:

@@ -147,9 +147,11 @@ def densities(tau: Floats, theta: Floats, s_c: Floats = 1.0) -> tuple[FloatArray
 
 def density_growth(tau: Floats, theta: Floats, s_c: Floats) -> tuple[FloatArray, FloatArray]:
     """Return ∂/∂s_c of the logarithms of both `densities` at a fixed τ, in 1/L."""
-    h_growth = -(theta - 1.0) * (1.0 - tau) / _inverse_diameter(tau, theta, s_c)
-    g_growth = -(theta - 1.0) / _inverse_diameter(0.0, theta, s_c)
-    return 1.0 / s_c + g_growth - 2.0 * h_growth, 1.0 / s_c + 2.0 * h_growth - 3.0 * g_growth
+    # The logarithms of g and h shrink at the rates `shrinking` and `falling`/h.
+    falling = (theta - 1.0) * (1.0 - tau)
+    shrinking = (theta - 1.0) / (theta - (theta - 1.0) * s_c)
+    twice = np.asarray(2.0 * falling / (theta - s_c * falling))
+    return 1.0 / s_c - shrinking + twice, 1.0 / s_c + 3.0 * shrinking - twice
 
 
 def _inverse_diameter(tau: Floats, theta: Floats, s_c: Floats) -> FloatArray:

@@ -125,8 +125,13 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
 
 @lru_cache
 def chebyshev_interpolation(count: int, other: int) -> FloatArray:
-    """Matrix from values at `count` Chebyshev points on [0, 1] to values at `other` of them."""
-    return _frozen(interpolation(count, chebyshev_nodes(other)))
+    """Matrix from values at `count` Chebyshev points on [0, 1] to values at `other` of them.
+
+    The values at both ends stay exactly the same.
+    """
+    matrix = interpolation(count, chebyshev_nodes(other))
+    matrix[[0, -1]] = np.eye(count)[[0, -1]]
+    return _frozen(matrix)
 
 
 def chebyshev_roots(coefficients: FloatArray) -> FloatArray:

@@ -75,6 +75,20 @@ class Kind(StrEnum):
 CHANNEL_KINDS = (Kind.FORCE, Kind.FORCE, Kind.MOMENT)
 # Kinds of quantities that are printed in the units of the input.
 MEASURED = (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
+# Sizes of usual units, each of one kind, in SI units. Only for other units Pint is loaded, which
+# takes half a second.
+USUAL = {
+    Kind.LENGTH: {"m": "1", "cm": "0.01", "mm": "0.001", "um": "0.000001", "µm": "0.000001"},
+    Kind.FORCE: {"N": "1", "mN": "0.001", "uN": "0.000001"},
+    Kind.MOMENT: {"N*m": "1", "mN*m": "0.001", "N*mm": "0.001", "mN*mm": "0.000001"}
+    | {"uN*m": "0.000001", "uN*mm": "0.000000001"},
+    Kind.ANGLE: {"rad": "1", "mrad": "0.001", "deg": "0.01745329251994329576923690768"},
+    Kind.STRESS: {"Pa": "1", "MPa": "1000000", "GPa": "1000000000"},
+    Kind.DENSITY: {"kg/m^3": "1"},
+    Kind.TIME: {"s": "1", "ms": "0.001"},
+    Kind.SPEED: {"m/s": "1", "mm/s": "0.001"},
+    Kind.RATE: {"Hz": "1", "kHz": "1000"},
+}
 # Range of accepted magnitudes, whose products and squares neither overflow nor vanish.
 LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
 
@@ -115,9 +129,11 @@ def _registry() -> "pint.UnitRegistry[Any]":
 @cache
 def unit_size(unit: str, kind: Kind) -> Decimal:
     """Size of a unit in SI units, exact as a decimal; 0 if it is no unit of this kind."""
+    unit = _MOMENT.sub("*", unit)
+    if any(unit in sizes for sizes in USUAL.values()):
+        return Decimal(USUAL.get(kind, {}).get(unit, 0))
     from pint import PintError
 
-    unit = _MOMENT.sub("*", unit)
     if re.fullmatch(_UNIT, unit) is None:
         return Decimal(0)
     registry, wanted = _registry(), "" if kind is Kind.NUMBER else kind.si

@@ -44,26 +44,41 @@ class SolvedParts:
     line: BoolArray
     round_rods: bool
 
+    @property
+    def _count(self) -> int:
+        """Number of states along each part from which the margins are computed."""
+        return (self.unknowns.shape[1] + 1) // 2
+
+    @property
+    def _few(self) -> RodStates:
+        """Half of the states, on fewer nodes."""
+        _, states, columns = self.unknowns.shape
+        chosen = chebyshev_interpolation(states, self._count) @ self.unknowns
+        nodes = columns - SCALARS
+        return RodStates(
+            rods=np.repeat(self.rods, self._count, axis=0),
+            unknowns=chosen.reshape(-1, columns),
+            line=np.repeat(self.line, self._count),
+        ).on_nodes(max(round(STABILITY_NODES * nodes), FEWEST_STABILITY_NODES))
+
+    def _series(self, values: FloatArray) -> FloatArray:
+        return values.reshape(-1, self._count) @ chebyshev_transform(self._count).T
+
+    @cached_property
+    def lateral_margins(self) -> FloatArray:
+        """Chebyshev coefficients of `stability_aside` along each part, shape (parts, count).
+
+        They are NaN for planar sections, and computed when they are asked for first.
+        """
+        few = self._few
+        return self._series(
+            lateral_stability(few) if self.round_rods else np.full(len(few), np.nan)
+        )
+
     @cached_property
     def margins(self) -> FloatArray:
-        """Series of both margins of stability along each part, shape (parts, 2, count).
-
-        They are the Chebyshev coefficients of `stability` and of `stability_aside`, which is NaN
-        for planar sections. They are computed from half of the states on fewer nodes, when they are
-        asked for first.
-        """
-        number, states, columns = self.unknowns.shape
-        count = (states + 1) // 2
-        chosen = chebyshev_interpolation(states, count) @ self.unknowns
-        nodes = columns - SCALARS
-        few = RodStates(
-            rods=np.repeat(self.rods, count, axis=0),
-            unknowns=chosen.reshape(-1, columns),
-            line=np.repeat(self.line, count),
-        ).on_nodes(max(round(STABILITY_NODES * nodes), FEWEST_STABILITY_NODES))
-        lateral = lateral_stability(few) if self.round_rods else np.full(len(few), np.nan)
-        values = np.stack([stability(few), lateral]).reshape(2, number, count)
-        return np.moveaxis(values, 0, 1) @ chebyshev_transform(count).T
+        """Chebyshev coefficients of `stability` and `stability_aside`, shape (parts, 2, count)."""
+        return np.stack([self._series(stability(self._few)), self.lateral_margins], axis=1)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

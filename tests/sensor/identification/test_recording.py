@@ -3,12 +3,14 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.ndimage import uniform_filter1d
 
 from steel import ROD, SCALE, SENSOR
 from vibrissa.errors import RecordingError
 from vibrissa.quantities.units import Kind, Units
 from vibrissa.sensor.identification.recording import (
     Method,
+    Recording,
     left_out,
     read_recording,
     table_of,
@@ -188,3 +190,10 @@ def test_without_a_rod_units_are_those_of_the_recording(title, si, wished):
     frame = table().rename(columns={"footpoint [m]": title}).drop(columns="moment_z [N*m]")
     found = units_of(table_of(frame, Method.RATIO))
     assert found.si == si and found.wished.get(Kind.LENGTH) == wished
+
+
+def test_the_lag_is_the_way_of_the_clamp_during_the_delay_averaged_over_nine_samples():
+    clamp = np.random.default_rng(3).normal(size=40)
+    recording = Recording(clamp=clamp, readings=np.ones((40, 3)), line=np.arange(40), delay=2.0)
+    expected = 2.0 * uniform_filter1d(np.gradient(clamp), 9, mode="nearest")
+    assert recording.lag == pytest.approx(expected, abs=1e-14)

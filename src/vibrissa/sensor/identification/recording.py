@@ -137,9 +137,9 @@ def direction(clamp: FloatArray, noise: float) -> FloatArray:
 
 
 def _averaged(values: FloatArray) -> FloatArray:
-    from scipy.ndimage import uniform_filter1d  # half a second to load
-
-    return np.asarray(uniform_filter1d(values, AVERAGED_SAMPLES, mode="nearest"))
+    # The same as `uniform_filter1d` of SciPy, which takes a fifth of a second to load.
+    repeated = np.pad(values, AVERAGED_SAMPLES // 2, mode="edge")
+    return np.convolve(repeated, np.full(AVERAGED_SAMPLES, 1.0 / AVERAGED_SAMPLES), mode="valid")
 
 
 def read_recording(

@@ -19,6 +19,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray, ObjectArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import (
     chebyshev_derivative,
+    chebyshev_interpolation,
     chebyshev_nodes,
     chebyshev_roots,
     chebyshev_transform,
@@ -139,9 +140,8 @@ def finished(
 def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: bool) -> Pieces:
     """Pieces with the states of parts, in the direction in which the parts were followed."""
     parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES_PER_PIECE)
-    to_states = interpolation(count, places)
-    to_states[[0, -1]] = np.eye(count)[[0, -1]]
-    offset, fx, fy, moment, phi1, s_c = np.moveaxis(to_states @ found.loads, -1, 0)
+    loads = chebyshev_interpolation(count, STATES_PER_PIECE) @ found.loads
+    offset, fx, fy, moment, phi1, s_c = np.moveaxis(loads, -1, 0)
     at = parts.start[:, None] + places * parts.length[:, None]
     way, x1_init, cos = (
         values[parts.branch, None] for values in (side, branches.x1_init, branches.cos)
@@ -197,25 +197,23 @@ def _level(phi1: FloatArray) -> FloatArray:
 
 def _buckling(path: StatesAlongParts, pieces: Pieces) -> FloatArray:
     """Parameter values at which rods buckle laterally; NaN if nowhere."""
-    found = np.full(len(pieces), np.nan)
     shares = np.linspace(0.0, 1.0, SAMPLES)
-    for row, along in enumerate(pieces.shapes):
-        sampled = chebyshev.chebval(2.0 * shares - 1.0, along.margins[1])
-        buckled = sampled <= 0.0
-        after = int(buckled.argmax())
-        if not buckled.any():
-            continue
-        share = shares[after]
-        if after:
-            before = sampled[after - 1]
-            share -= sampled[after] / (sampled[after] - before) * (share - shares[after - 1])
-            alone = path.take(np.array([row]))
-            for width in BUCKLING_WIDTHS:
-                sides = share + width * np.array([-1.0, 1.0])
-                low, high = lateral_stability(alone.at(sides).states)
-                share = sides[0] + low / (low - high) * (sides[1] - sides[0])
-        found[row] = pieces.start[row] + share * (pieces.stop[row] - pieces.start[row])
-    return found
+    margins = pieces.shapes[0].parts.lateral_margins
+    sampled = chebyshev.chebval(2.0 * shares - 1.0, margins.T)
+    buckled = sampled <= 0.0
+    after = buckled.argmax(axis=1)
+    share = np.where(buckled.any(axis=1), shares[after], np.nan)
+    rows = np.flatnonzero(after > 0)
+    if len(rows):
+        last = after[rows]
+        behind, before = sampled[rows, last], sampled[rows, last - 1]
+        share[rows] -= behind / (behind - before) * (shares[last] - shares[last - 1])
+        some = path.take(rows)
+        for width in BUCKLING_WIDTHS:
+            sides = share[rows, None] + width * np.array([-1.0, 1.0])
+            low, high = lateral_stability(some.at(sides).states).reshape(-1, 2).T
+            share[rows] = sides[:, 0] + low / (low - high) * (sides[:, 1] - sides[:, 0])
+    return pieces.start + share * (pieces.stop - pieces.start)
 
 
 def _looked_at(

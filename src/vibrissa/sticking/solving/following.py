@@ -137,13 +137,12 @@ def follow(
     for _ in range(MOST_STEPS):
         step = np.minimum(step, longest)
         new, found, miss = _next(branches.take(last.branch), last, before, step)
+        rows = np.flatnonzero(found)
         growth = np.clip(np.cbrt(AIM / (miss + 1e-12)), 0.5, 2.5)
         step = np.where(found, step * growth, step / 3.0)
         goes_on = step >= SHORTEST_STEP
-        rows = np.flatnonzero(found & goes_on)
         if len(rows):
-            new, old = new.take(rows), last.take(rows)
-            some = branches.take(new.branch)
+            some, old = branches.take(new.branch), last.take(rows)
             here, ahead, solved, kinks = _with_kinks(some, old, new, model)
             known += [here.take(solved), ahead.take(kinks & solved)]
             back = ahead.direction[:, 0] * side[new.branch] < -TURNS_BACK
@@ -160,7 +159,7 @@ def follow(
 
 
 class _Step(NamedTuple):
-    """Steps of n paths: the next knots, whether each was found, and errors of guesses (rad)."""
+    """Steps of n paths: whether each was found, the knots found, and errors of guesses (rad)."""
 
     knots: Knots
     found: BoolArray
@@ -177,12 +176,12 @@ def _next(branches: Branches, last: Knots, before: Knots, step: FloatArray) -> _
     states, found, _ = solve(guess, closing, TOLERANCE, FEW_ITERATIONS)
     miss = np.abs(states.phi - guess.phi).max(axis=1)
     found &= (miss < TOO_FAR) & (states.s_c > 0.0)
-    new, rows = last, np.flatnonzero(found)
-    if len(rows):
-        some = branches.take(rows), last.branch[rows], states.take(rows), closing.take(rows)
-        new = last.with_rows(rows, _knots(*some, step[rows]))
-    found &= np.vecdot(new.direction, last.direction) > LEAST_COSINE
-    return _Step(knots=new, found=found, miss=miss)
+    rows = np.flatnonzero(found)
+    some = branches.take(rows), last.branch[rows], states.take(rows), closing.take(rows)
+    knots = _knots(*some, step[rows])
+    near = np.vecdot(knots.direction, last.direction[rows]) > LEAST_COSINE
+    found[rows] = near
+    return _Step(knots=knots.take(near), found=found, miss=miss)
 
 
 def _knots(

@@ -81,9 +81,12 @@ class StatesAlongParts(Batch):
         return replace(self, unknowns=self.unknowns @ transfer(self.nodes, nodes), inverse=None)
 
     def at(self, position: FloatArray) -> Self:
-        """Interpolate the states of each part at the fractions `position` of its length."""
-        unknowns = interpolation(self.count, position) @ self.unknowns
-        return replace(self, unknowns=unknowns, inverse=None)
+        """Interpolate the states of each part at the fractions `position` of its length.
+
+        The shape of `position` is (k,) if the fractions are common to all parts, else (n, k).
+        """
+        rows = interpolation(self.count, position.ravel()).reshape(*position.shape, self.count)
+        return replace(self, unknowns=rows @ self.unknowns, inverse=None)
 
     def with_states(self, count: int) -> Self:
         """Interpolate the states and their inverse Jacobians to `count` Chebyshev points."""
@@ -158,15 +161,19 @@ def resolve(guess: StatesAlongParts) -> Iterator[Resolved]:
         rod, decay = _rod_decay(path) < DECAY_TOLERANCE, _decay_along(loads)
         smooth = np.flatnonzero(rod & (decay < DECAY_TOLERANCE))
         residual = np.full(len(path), np.inf)
-        residual[smooth] = path.take(smooth).residual(chebyshev_nodes(2 * count - 1)[1::2])
+        if len(smooth):
+            residual[smooth] = path.take(smooth).residual(chebyshev_nodes(2 * count - 1)[1::2])
         resolved = residual < residual_tolerance(nodes)
         if resolved.any():
             known = replace(path, inverse=None)
             yield Resolved(path=known, loads=loads, residual=residual).take(resolved)
+        if resolved.all():
+            continue
         # More states help only where the rod itself is resolved.
         fine, doubtful = rod & ~resolved, smooth[~resolved[smooth]]
-        exact = path.take(doubtful).residual(position) < 0.5 * residual_tolerance(nodes)
-        fine[doubtful] = exact
+        if len(doubtful):
+            exact = path.take(doubtful).residual(position) < 0.5 * residual_tolerance(nodes)
+            fine[doubtful] = exact
         coarse = np.flatnonzero(~fine & ~resolved)
         finer = [n for n in NODES_ALONG_ROD if n > nodes]
         solved = np.isfinite(path.unknowns)
