@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibrissa.numerics.angles import MANY, direction
+from vibrissa.numerics.angles import FEWEST_BY_TANGENT, direction
 
 # Few angles, and many: the same ones again and again.
-few_and_many = pytest.mark.parametrize("size", [20, MANY])
+few_and_many = pytest.mark.parametrize("size", [20, FEWEST_BY_TANGENT])
 
 
 @few_and_many

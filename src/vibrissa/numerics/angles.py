@@ -7,7 +7,7 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray
 
 # Number of angles above which the tangent is faster; overhead outweighs the computation of fewer.
-MANY = 400
+FEWEST_BY_TANGENT = 400
 
 
 class Direction(NamedTuple):
@@ -30,7 +30,7 @@ def direction(angle: FloatArray) -> Direction:
     >>> print(sin.round(15), cos.round(15))
     [0. 1. 0.] [ 1.  0. -1.]
     """
-    if angle.size < MANY:
+    if angle.size < FEWEST_BY_TANGENT:
         return Direction(sin=np.sin(angle), cos=np.cos(angle))
     tangent = np.tan(0.5 * angle)
     cos = tangent * tangent
