@@ -203,7 +203,7 @@ def test_scan_figures_have_a_panel_for_each_taper(mu0):
         starts, stops = zip(*slips_in(axes), strict=True)
         assert list(stops) == pytest.approx(list(after["x1"]))
         assert list(starts) == pytest.approx(list(last["x1"][: len(after)]))
-        length = rf"$x_{{0,\mathrm{{max}}}} = {last['x0'].iloc[0]:g}$"
+        length = rf"$x_\mathrm{{0,max}}$ = {last['x0'].iloc[0]:g}"
         assert length in [text.get_text() for text in axes.texts]
 
 

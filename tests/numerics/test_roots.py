@@ -212,6 +212,17 @@ def test_a_maximum_just_before_a_root_costs_one_more_look():
     assert calls == 2
 
 
+def test_a_kink_that_leads_the_cubic_out_of_the_bracket_costs_three_more_looks():
+    places = np.linspace(0.0, 1.0, 258)
+    begin, step = places[128], places[1]
+    found, calls = sampled(
+        lambda x: np.minimum(152.0 - 24.0 * (x - begin) / step, 150.0 - 349.0 * (x - begin) / step),
+        places,
+    )
+    assert found == pytest.approx(begin + 150.0 / 349.0 * step, abs=2e-15)
+    assert calls <= 4
+
+
 @pytest.mark.parametrize("before", [1e-6, 1e-7, 1e-8, 1e-9])
 def test_a_root_just_after_a_slight_kink_is_found(before):
     more, kink = 1e-4, 0.5 - before

@@ -83,9 +83,16 @@ class _Film:
     """A rod that moves in a panel: it, its shape as the period began, and the slips so far."""
 
     def __init__(self, panel: Axes, steps: pd.DataFrame, room: shapes.Room) -> None:
-        self.panel, self.steps = panel, steps
+        self.panel = panel
+        self.footpoint, self.tips, self.shape_x, self.shape_y = (
+            steps[name].to_numpy() for name in ("footpoint", "x1", "shape_x", "shape_y")
+        )
         # How far the clamp has moved at each step (L).
-        self.moved = steps["footpoint"].diff().abs().fillna(0.0).cumsum().to_numpy()
+        self.moved = np.abs(np.diff(self.footpoint, prepend=self.footpoint[0])).cumsum()
+        # Steps in which a period begins, and those of the slips.
+        self.begins = np.flatnonzero(begins(steps))
+        self.slips = np.flatnonzero(steps["phase"] == "slip")
+        self.eta = float(steps["eta"].iloc[0])
         first = steps.iloc[0]
         names = (("theta", r"\theta"), ("mu0", r"\mu_0"))
         panel.set_title(
@@ -112,14 +119,14 @@ class _Film:
 
     def move(self, moved: float) -> None:
         """Draw the state after the last step up to which the clamp has moved this far (L)."""
-        done = self.steps.iloc[: np.searchsorted(self.moved, moved + NEAR, side="right")]
-        now, begun = done.iloc[-1], done[begins(done)].iloc[-1]
-        self.begun.set_data(begun["shape_x"], begun["shape_y"])
-        self.rod.set_data(now["shape_x"], now["shape_y"])
-        x, y = float(now["shape_x"][0]), float(now["shape_y"][0])
+        now = np.searchsorted(self.moved, moved + NEAR, side="right") - 1
+        begun = self.begins[self.begins <= now][-1]
+        slips = self.slips[self.slips <= now]
+        self.begun.set_data(self.shape_x[begun], self.shape_y[begun])
+        self.rod.set_data(self.shape_x[now], self.shape_y[now])
+        x, y = float(self.shape_x[now][0]), float(self.shape_y[now][0])
         self.clamp.set_data([x - symbols.HALF_CLAMP, x + symbols.HALF_CLAMP], [y, y])
-        self.tip.set_data([now["x1"]], [now["eta"]])
-        tip, slips = done["x1"].to_numpy(), np.flatnonzero(done["phase"] == "slip")
-        self.arcs.set_data(*symbols.arcs_of_slips(tip[slips - 1], tip[slips], float(now["eta"])))
-        self.place.set_text(f"clamp at {now['footpoint']:.3f}")
+        self.tip.set_data([self.tips[now]], [self.eta])
+        self.arcs.set_data(*symbols.arcs_of_slips(self.tips[slips - 1], self.tips[slips], self.eta))
+        self.place.set_text(f"clamp at {self.footpoint[now]:.3f}")
         self.count.set_text(f"$L$, slips: {len(slips)}")

@@ -101,7 +101,8 @@ def _name_motion(panel: Axes, steps: pd.DataFrame) -> None:
     low = float(steps.iloc[0]["shape_y"][0]) - 0.075
     start, stop = sticking["footpoint"] - sticking["x0"], float(sticking["footpoint"])
     panel.plot([start, stop], [low, low], "|-", color=INK, linewidth=0.8, markersize=4)
-    text = rf"$x_{{0,\mathrm{{max}}}} = {sticking['x0']:g}$"
+    # The number within the formula would take half as long again to lay out.
+    text = rf"$x_\mathrm{{0,max}}$ = {sticking['x0']:g}"
     panel.text(start, low - 0.03, text, va="top", fontsize=7)
     footpoint = steps["footpoint"]
     tail = float(footpoint.max()) + 0.06, float(steps.iloc[-1]["shape_y"][0])

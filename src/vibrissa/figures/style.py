@@ -27,6 +27,8 @@ Look: TypeAlias = dict[str, Any]
 COLUMN, PAGE = 3.5, 7.2
 # Resolution of a PNG (dots per inch).
 DPI = 300
+# A tenth larger than by default, in three quarters of the time.
+PACKED = {"compress_level": 3}
 # Colours that readers with any colour vision tell apart (Okabe and Ito), and the paper's markers.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 MARKERS = ("s", "D", "^", "o", "v", "P")
@@ -196,7 +198,9 @@ def save(figure: Figure, paths: Sequence[str | Path], title: str = "", study: st
         for path in map(Path, paths):
             names = _METADATA[path.suffix]
             metadata = dict(zip(names, about, strict=True)) | _DATELESS.get(path.suffix, {})
+            options: Look = {"format": path.suffix[1:], "metadata": metadata}
             if path.suffix == ".png":
                 metadata[PARTS] = parts.parts_of(figure)
+                options["pil_kwargs"] = PACKED
             with write_atomically(path) as temporary:
-                figure.savefig(temporary, format=path.suffix[1:], metadata=metadata)
+                figure.savefig(temporary, **options)

@@ -115,17 +115,19 @@ def sampled_root(
     if not _falls(values[around]):
         around = slice(last, last + 2)
     near = width * NEAR_ROOT * np.array([-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0])
+    reach = abs(width) * NEAR_ROOT
     x, y = places[around], values[around]
     for closer in range(MOST_CUBICS + 1):
         if not _falls(y):
             break
         root = _root_of_cubic(x, y)
-        if closer and low <= root <= high:
+        if closer and x.min() <= root <= x.max():
             line = (x[1] * y[2] - x[2] * y[1]) / (y[2] - y[1])
             if abs(root - line) < SMOOTH_DIFFERENCE * (high - low):
                 return root
         # The function may not be known beyond its samples.
-        x = np.clip(root + near, low, high)
+        middle = np.clip(root, low + reach, high - reach)
+        x = np.clip(middle + near, low, high)
         y = function(x)
     from scipy.optimize import brentq  # half a second to load
 

@@ -133,7 +133,7 @@ def printed_taper(evidence: Evidence) -> Finding:
     by_1 = printed_diameter(1.0, tapers)
     # The stiffness is the reciprocal of the curvature under unit moment.
     state = np.array([0.0, 0.0, math.pi / 2])
-    bent = [rod_equations(theta, 1.0, 0.0, -1.0, 0.0)(1.0, state).phi for theta in tapers]
+    bent = [rod_equations(theta, 1.0, 0.0, -1.0, 0.0)(1.0, state)[2] for theta in tapers]
     by_2 = np.array(bent) ** -0.25
     corrected = np.abs(diameter(1.0, tapers) - by_2).max()
     quantities = {
@@ -166,7 +166,7 @@ def sense_of_alpha(evidence: Evidence) -> Finding:
             values[25] for values in (row.shape_s, row.shape_x, row.shape_y, row.shape_phi)
         )
         slopes = rod_equations(row.theta, row.f, row.alpha, row.x1, row.eta)
-        bent = slopes(s, np.array((x, y, phi))).phi
+        _, _, bent = slopes(s, np.array((x, y, phi)))
         for sense in deviation:
             fx, fy = row.f * math.sin(sense * row.alpha), -row.f * math.cos(row.alpha)
             moment = (row.x1 - x) * fy - (row.eta - y) * fx

@@ -1,5 +1,6 @@
 """The log of every job of the workflow; if a job fails, its log has the reason."""
 
+import gc
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,10 +16,14 @@ def logged(log: str | Path) -> Iterator[None]:
     Damaged tables are removed, and the log names them. A full disk may have no room for the log:
     then the reason goes to the screen of the run.
     """
+    # What a job has imported and made stays until it ends. A search for unused objects, which takes
+    # long, need not visit it: neither now nor at the end.
+    gc.freeze()
     try:
         # Redirected until the process ends, so that a traceback goes to the log, too.
         sys.stdout = sys.stderr = open(log, "w", buffering=1, encoding="utf-8")
         yield
+        gc.freeze()
     except (VibrissaError, OSError, ExceptionGroup) as error:
         reasons = "\n".join(_reasons(error))
         try:

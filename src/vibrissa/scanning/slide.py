@@ -130,6 +130,21 @@ def _polynomials(coefficients: FloatArray, breaks: FloatArray) -> "BPoly":
     return BPoly.construct_fast(coefficients, breaks)
 
 
+class Driven(NamedTuple):
+    """Tangential force in the direction of a part of a slide.
+
+    Attributes
+    ----------
+    least : float
+        The smallest force at the beginning of a cell (E·I0/L²).
+    work : float
+        Its integral over the part (E·I0/L).
+    """
+
+    least: float
+    work: float
+
+
 class _Part(NamedTuple):
     """A part of a slide.
 
@@ -257,15 +272,20 @@ class Slide(RestingClamp):
         self.surface.check_known(self._place(self._longest()))
         return SlideEnd(self._place(end), lost=Lost.BENT)
 
-    def driving(self, distance: float) -> "BPoly":
-        """Tangential force in the direction of a slide on a plane, over its first part (E·I0/L²).
+    def driven(self, distance: float) -> Driven:
+        """Tangential force in the direction of a slide on a plane, over its first part.
 
         Parameters
         ----------
         distance : float
             Length of the part, positive (L).
         """
-        return self._forces_between(self._breaks(0.0, distance)).forces.driving
+        forces = self._forces_between(self._breaks(0.0, distance)).forces
+        # The first coefficient of a Bernstein polynomial is its value at the beginning of its cell,
+        # and their mean is the mean of the polynomial.
+        driving = forces.coefficients[0]
+        work = np.diff(forces.breaks) @ driving.mean(axis=0)
+        return Driven(least=float(driving[0].min()), work=float(work))
 
     @property
     def _onward(self) -> int:

@@ -131,11 +131,10 @@ class Slip(RestingClamp):
         end = states.contact(float(self.stage.along(self.clamp)), 0.0, self.side)
         if x0 == 0.0:
             return SlipEnd(contact=end, x0=0.0, released=0.0)
-        driving = self._slide(contact, 1 if x0 > 0.0 else -1).driving(abs(float(x0)))
-        if x0 > 0.0 and driving(driving.x[:-1]).min() < 0.0:
+        driven = self._slide(contact, 1 if x0 > 0.0 else -1).driven(abs(float(x0)))
+        if x0 > 0.0 and driven.least < 0.0:
             return None
-        released = float(driving.integrate(0.0, driving.x[-1]))
-        return SlipEnd(contact=end, x0=0.0, released=released)
+        return SlipEnd(contact=end, x0=0.0, released=driven.work)
 
     def _into_known_states(self, contact: float) -> float:
         """Move a tip that a long step has taken out of the computed states to the last of them."""

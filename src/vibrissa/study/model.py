@@ -299,7 +299,7 @@ class Study(Section):
             for ending in (*figure.formats, "png")
         ]
 
-    @property
+    @cached_property
     def figure_params(self) -> dict[str, dict[str, Any]]:
         """All inputs of the drawing of each figure, with its caption and the user's script."""
         return {
