@@ -54,7 +54,7 @@ TESTS = ("pytest", "hypothesis", "psutil")
 CLUSTER = ("snakemake_executor_plugin_slurm", "snakemake_executor_plugin_cluster_generic")
 # Those in tests/nightly, and those elsewhere that have the marker.
 NIGHTLY = tests("tests", "-o", "norecursedirs=slurm faults", "-k", "nightly")
-SLURM, FAULTS = tests("tests/slurm"), tests("tests/faults")
+SLURM, FAULTS = tests("tests/slurm"), tests("tests/faults", "-n", "logical")
 TASKS = {
     # The rod
     "published": Task(module("validation.published"), "compare 290 published numbers", "30 s"),
