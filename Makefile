@@ -151,7 +151,8 @@ $(VENV)/.%: locks/%.lock $(STUDY_STAMP)
 
 # Bytecode is kept: otherwise each worker would rewrite the assertions of all tests again.
 test: $(TEST_STAMP)
-	@env -u PYTHONDONTWRITEBYTECODE $(ONE_THREAD) $(PY) -m pytest -n logical --dist worksteal -p no:benchmark $(ARGS)
+	@env -u PYTHONDONTWRITEBYTECODE $(ONE_THREAD) $(PY) -m pytest -m "not nightly" -n logical \
+	    --dist worksteal -p no:benchmark $(ARGS)
 
 # A broken link is a warning, and a warning stops the build. -E reads all pages again: otherwise the
 # search index lacks the pages that have not changed.

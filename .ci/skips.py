@@ -1,7 +1,7 @@
 """Say which tests were skipped and why, from the reports that pytest writes (JUnit's XML).
 
 Usage: python .ci/skips.py REPORT            print the reasons, each with how many tests it skipped
-       python .ci/skips.py --files REPORT    print the files with a skipped test
+       python .ci/skips.py --tests REPORT    print the skipped tests, as pytest takes them
        python .ci/skips.py --none REPORT     fail if there is one, and name it
 """
 
@@ -32,11 +32,20 @@ def file_of(module):
     return next(path for path in paths if path.is_file())
 
 
+def node(module, name):
+    """Return what pytest calls a test; of a module that is skipped as a whole, its file."""
+    path = file_of(module)
+    if name == module:
+        return str(path)
+    classes = module.split(".")[len(path.parts) :]
+    return "::".join([str(path), *classes, name])
+
+
 def main(arguments):
     """Do what the arguments say; return the exit status."""
-    if arguments[0] == "--files":
-        for path in sorted({str(file_of(module)) for module, _ in skipped(arguments[1])}):
-            print(path)
+    if arguments[0] == "--tests":
+        for test in sorted(node(*one) for one in skipped(arguments[1])):
+            print(test)
         return 0
     found = skipped(arguments[-1])
     print(f"{len(found)} tests were skipped:")
@@ -45,7 +54,7 @@ def main(arguments):
     if arguments[0] != "--none":
         return 0
     for (module, name), reason in sorted(found.items()):
-        print(f"never run: {file_of(module)}::{name}: {reason}")
+        print(f"never run: {node(module, name)}: {reason}")
     return 1 if found else 0
 
 

@@ -37,6 +37,9 @@ settings.load_profile("vibrissa")
 
 
 def pytest_collection_modifyitems(items):
+    for item in items:
+        if item.get_closest_marker("nightly"):
+            item.add_marker("slow")  # so that `-m "not slow"` leaves it out, too
     items.sort(key=lambda item: item.get_closest_marker("slow") is not None)
 
 

@@ -17,13 +17,13 @@ FORCE = 210e9 * np.pi / 64 * 1e-3**4 / 0.1**2
 
 @dataclass(frozen=True)
 class Rod:
-    """Forces over the clamp displacement x0 from the state without tangential force."""
+    """Forces (fx, fy) over the clamp displacement x0 from the state without tangential force."""
 
-    fx: CubicSpline
-    fy: CubicSpline
+    forces: CubicSpline
 
     def demand(self, x0):
-        return self.fx(x0) / self.fy(x0)
+        fx, fy = self.forces(x0)
+        return fx / fy
 
 
 def rod(theta, eta, most, tilt=0.0, curvature=0.0):
@@ -58,8 +58,7 @@ def rod(theta, eta, most, tilt=0.0, curvature=0.0):
         assert found.success
         mesh, y, p = found.x, found.y, found.p
         forces.append(p)
-    fx, fy = np.transpose(forces)
-    return Rod(CubicSpline(x0, fx), CubicSpline(x0, fy))
+    return Rod(CubicSpline(x0, forces))
 
 
 def ends_with(ends):
@@ -80,7 +79,7 @@ def slips(rod, mu0, positions, ratio):
             number += 1
             goal = brentq(lambda x, at=clamp: rod.demand(x) - ratio * mu0(at - x), 0.0, x0)
             x0, place = goal, clamp - goal
-        forces.append([rod.fx(x0), rod.fy(x0)])
+        forces.append(rod.forces(x0))
         friction.append(mu0(place))
         period.append(number)
     return np.array(forces), np.array(friction), np.array(period)

@@ -38,13 +38,13 @@ def python(*arguments: str) -> Callable[[Sequence[str]], object]:
     return lambda options: subprocess.run([*command, *options], cwd=ROOT).returncode
 
 
-def tests(folder: str) -> Callable[[Sequence[str]], object]:
-    """Return a function that runs the tests of a folder; a skipped test is a failure."""
+def tests(*chosen: str) -> Callable[[Sequence[str]], object]:
+    """Return a function that runs the tests that pytest finds; a skipped test is a failure."""
 
     def run(options: Sequence[str]) -> object:
         with TemporaryDirectory() as reports:
             report = str(Path(reports, "report.xml"))
-            status = python("-m", "pytest", f"tests/{folder}", "--junitxml", report)(options)
+            status = python("-m", "pytest", *chosen, "--junitxml", report)(options)
             return status or python(".ci/skips.py", "--none", report)([])
 
     return run
@@ -52,7 +52,9 @@ def tests(folder: str) -> Callable[[Sequence[str]], object]:
 
 TESTS = ("pytest", "hypothesis", "psutil")
 CLUSTER = ("snakemake_executor_plugin_slurm", "snakemake_executor_plugin_cluster_generic")
-NIGHTLY, SLURM, FAULTS = map(tests, ("nightly", "slurm", "faults"))
+# Those in tests/nightly, and those elsewhere that have the marker.
+NIGHTLY = tests("tests", "-o", "norecursedirs=slurm faults", "-k", "nightly")
+SLURM, FAULTS = tests("tests/slurm"), tests("tests/faults", "-n", "logical")
 TASKS = {
     # The rod
     "published": Task(module("validation.published"), "compare 290 published numbers", "30 s"),
@@ -83,7 +85,7 @@ TASKS = {
     # Tests of the tests
     "mutants": Task(module("validation.mutants"), "count faults that tests notice", "1 h"),
     # Tests that `make test` leaves out
-    "tests": Task(NIGHTLY, "tests of proofs, and slow tests", "10 min", TESTS),
+    "tests": Task(NIGHTLY, "tests of proofs, and slow tests", "15 min", TESTS),
     "slurm": Task(SLURM, "run a study on SLURM, as root on Debian", "4 min", (*TESTS, *CLUSTER)),
     "faults": Task(FAULTS, "kill runs, fill disks, damage files", "20 min", TESTS),
     # Contents of pages

@@ -176,7 +176,7 @@ def test_differences_do_not_depend_on_how_many_rows_are_compared_together(
 
     together = found()
     assert len(together) == 3 and ("moved", "travel", 2, pytest.approx(0.69, abs=0.01)) in together
-    monkeypatch.setattr(reference, "AT_ONCE", 4)
+    monkeypatch.setattr(reference, "AT_ONCE", 10)
     assert sorted(found()) == sorted(together)
     bless(results, tmp_path / "r", LAYOUTS)
     assert told((results, tmp_path / "r")) == []

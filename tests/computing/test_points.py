@@ -127,6 +127,7 @@ def test_a_solver_that_walks_along_the_steps_has_a_rod_for_each():
     assert [rod["dx0"] for rod in rods_of(axes, by_step=False)] == [None] * 2
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_both_methods_find_the_same():
     # As in another test, which keeps the curve.

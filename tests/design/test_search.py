@@ -98,11 +98,16 @@ def test_the_transducer_keeps_a_margin():
 @pytest.mark.parametrize(
     ("mu0", "stated"),
     [
-        (0.2, {"tolerances": {"surface_slope": "exact"}}),
+        pytest.param(0.2, {"tolerances": {"surface_slope": "exact"}}, marks=pytest.mark.nightly),
         (0.4, {"tolerances": {"surface_slope": "exact"}}),
         (0.3, {"assume": False, "tolerances": {"stage_scale": "5 %"}}),
-        (0.3, {"assume": False, "tolerances": {"stage_angle": "2 deg"}}),
-        (0.3, {"assume": False, "tolerances": {"length": "2 %"}}),
+        pytest.param(
+            *(0.3, {"assume": False, "tolerances": {"stage_angle": "2 deg"}}),
+            marks=pytest.mark.nightly,
+        ),
+        pytest.param(
+            *(0.3, {"assume": False, "tolerances": {"length": "2 %"}}), marks=pytest.mark.nightly
+        ),
     ],
 )
 def test_the_uncertainty_is_what_identify_states_of_a_recording(mu0, stated):

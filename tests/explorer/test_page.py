@@ -345,7 +345,7 @@ class TestPage:
         wait_until(browser, f"!({note})")
         assert seen(browser, "[data-x=preset]", "value") == ""
 
-    @pytest.mark.parametrize("width", [390, 1400, 2560])
+    @pytest.mark.parametrize("width", [390, pytest.param(1400, marks=pytest.mark.nightly), 2560])
     @pytest.mark.parametrize(
         "address",
         [
@@ -505,10 +505,10 @@ class TestPage:
     @pytest.mark.parametrize(
         "address",
         [
-            "mu0=0.45&clamp=0.1",
+            pytest.param("mu0=0.45&clamp=0.1", marks=pytest.mark.nightly),
             "mu0=0.445&clamp=0.02",
             "mu0=0.02&clamp=0.001",
-            "theta=1&eta=0.5&mu0=0.3&clamp=0.4",
+            pytest.param("theta=1&eta=0.5&mu0=0.3&clamp=0.4", marks=pytest.mark.nightly),
             "theta=3&beta=10&delta=3&clamp=0.05&mu0=0.5",
         ],
     )
@@ -558,7 +558,14 @@ class TestPage:
         dark = browser.evaluate("getComputedStyle(document.body).backgroundColor")
         assert (dark == "rgb(20, 23, 26)") == (scheme == "dark")
 
-    @pytest.mark.parametrize("width", [390, 820, 1040, 1300, 3840])
+    @pytest.mark.parametrize(
+        "width",
+        [
+            390,
+            *(pytest.param(one, marks=pytest.mark.nightly) for one in (820, 1040, 1300)),
+            3840,
+        ],
+    )
     def test_no_field_covers_another_no_label_is_cut_and_no_message_moves_them(self, opened, width):
         browser = opened("theta=2&law=kinetic&units=si&beta=5&kappa0=-0.2&delta=1", width=width)
         browser.evaluate(
@@ -727,7 +734,7 @@ class TestFunctions:
 
     @pytest.mark.parametrize("law", ["free", "kinetic", "energy"])
     @pytest.mark.parametrize("begin", ["high", "low", "path.x0Pulled - 0.01"])
-    @pytest.mark.parametrize("ratio", [0.8, 0.4, 0.2])
+    @pytest.mark.parametrize("ratio", [0.8, pytest.param(0.4, marks=pytest.mark.nightly), 0.2])
     def test_slips_end_where_the_sensor_says(self, functions, law, begin, ratio):
         theta, eta, mu0 = 2.0, 0.85, 0.4
         friction = json.dumps({"mu0": mu0, "ratio": ratio, "law": law})

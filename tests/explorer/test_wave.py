@@ -72,7 +72,10 @@ def test_steps_on_a_wave_are_those_of_the_simulation(page, law, amplitude, wavel
     assert np.array(found)[: len(scan)] == pytest.approx(expected, abs=1e-7)
 
 
-@pytest.mark.parametrize(("wavelength", "slips_in_wave"), [(0.025, 1), (0.022, None)])
+@pytest.mark.parametrize(
+    ("wavelength", "slips_in_wave"),
+    [(0.025, 1), pytest.param(0.022, None, marks=pytest.mark.nightly)],
+)
 def test_slips_lock_to_a_wave_as_in_the_simulation(page, wavelength, slips_in_wave):
     settings = {"amplitude": 1e-4, "wavelength": wavelength, "dx0": 2e-3}
     steps = "for (let k = 0; k < 450; k += 1) model.step()"

@@ -35,8 +35,20 @@ def texts_of(axes):
     return [text for text in (*labels, *axes.texts) if text.get_text()]
 
 
-@pytest.mark.parametrize("kind", ROWS)
-@pytest.mark.parametrize("count", [6, pytest.param(40, marks=pytest.mark.slow)])
+# These have the most panels and texts.
+LONG = ("regimes", "slopes", "versus")
+MANY = [
+    pytest.param(kind, 40, marks=pytest.mark.nightly if kind in LONG else pytest.mark.slow)
+    for kind in ROWS
+]
+# Of some kinds few series stand in a legend, in the place of a colourbar.
+FEW = [
+    (kind, 6) if kind in {*SERIES, *LONG} else pytest.param(kind, 6, marks=pytest.mark.nightly)
+    for kind in ROWS
+]
+
+
+@pytest.mark.parametrize(("kind", "count"), [*FEW, *MANY])
 def test_the_data_have_room_and_nothing_is_cut_off(kind, count):
     figure = drawn(kind, count)
     FigureCanvasAgg(figure)

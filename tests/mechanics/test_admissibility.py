@@ -186,7 +186,12 @@ def test_a_rod_ends_exactly_where_it_comes_down_to_its_clamps_level(theta, eta, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("theta", "eta"), [(2.489112441604889, 0.3041897094801299), (3.0, 0.3395), (12.0, 0.5)]
+    ("theta", "eta"),
+    [
+        (2.489112441604889, 0.3041897094801299),
+        (3.0, 0.3395),
+        pytest.param(12.0, 0.5, marks=pytest.mark.nightly),
+    ],
 )
 def test_a_rod_ends_exactly_where_two_parts_of_it_touch(theta, eta):
     curve = solve_curve(theta, eta)
@@ -240,7 +245,7 @@ def test_a_tip_that_slips_before_its_rod_crosses_itself_does_slip():
 def test_shooting_ends_in_the_step_in_which_a_rod_crosses_itself(monkeypatch):
     """In coarse steps, and searched less closely than a study does; a night has fine ones."""
     monkeypatch.setattr(shooting, "LARGEST_STEP", 0.04)
-    coarse = shooting.Tolerances(rtol=1e-8, atol=1e-9, simplex=1e-8, miss=1e-6)
+    coarse = shooting.Tolerances(rtol=1e-6, atol=1e-7, simplex=1e-6, miss=1e-4)
     curve = shooting.solve_curve(2.0, 0.15, 0.025, coarse, RodSection.PLANAR)
     assert curve.status is Status.OUT_OF_REACH and curve.message == CROSSES_ITSELF
     assert 0.0 <= curve.x0_end - solve_curve(2.0, 0.15).x0_end < 0.025

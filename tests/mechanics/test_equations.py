@@ -104,7 +104,7 @@ def test_states_balance_and_solve_the_equations_and_so_do_their_mirror_images(pa
 
 
 @pytest.mark.slow
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(st.floats(1.0, 4.0), st.floats(0.7, 0.95))
 def test_work_of_the_clamp_is_the_gain_of_bending_energy(theta, eta):
     def energy(states):

@@ -26,6 +26,7 @@ def test_all_mistakes_of_a_study_file_are_shown_before_any_work(fresh):
     assert not (fresh.root / "results").exists()
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_run_that_is_stopped_says_so(fresh):
     """And goes on later; `python -m validation faults` stops runs at random times."""

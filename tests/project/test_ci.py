@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import yaml
@@ -39,6 +40,28 @@ def test_a_part_that_does_not_exist_is_refused():
     result = subprocess.run([ROOT / ".ci/run", "reports"], capture_output=True, text=True)
     assert result.returncode == 2
     assert result.stderr.startswith("no such part: reports; there are: push, night, lint")
+
+
+def test_of_a_report_the_skipped_tests_are_told_as_pytest_takes_them(tmp_path):
+    """Of a module that is skipped as a whole the report has the name alone."""
+    cases = [
+        ("tests.explorer.test_page.TestPage", "test_b[a b::c]", "<skipped/>"),
+        ("tests.explorer.test_page", "test_a", "<skipped/>"),
+        ("", "tests.test_files", "<skipped/>"),
+        ("tests.test_files", "test_c", ""),
+    ]
+    lines = [
+        f'<testcase classname="{module}" name="{name}">{skipped}</testcase>'
+        for module, name, skipped in cases
+    ]
+    (tmp_path / "report.xml").write_text(f"<testsuite>{''.join(lines)}</testsuite>")
+    command = [sys.executable, ".ci/skips.py", "--tests", tmp_path / "report.xml"]
+    told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert told.splitlines() == [
+        "tests/explorer/test_page.py::TestPage::test_b[a b::c]",
+        "tests/explorer/test_page.py::test_a",
+        "tests/test_files.py",
+    ]
 
 
 def test_the_workflow_in_the_docs_gives_the_action_what_it_takes():

@@ -24,9 +24,13 @@ def read(chunk, **changes):
     return pa.concat_tables(read_chunk(**params, study=STUDY.name, **STUDY.reading_settings))
 
 
-@pytest.fixture(scope="module")
-def table():
+def all_chunks():
     return pa.concat_tables(map(read, STUDY.reading_chunks.values()))
+
+
+@pytest.fixture(scope="module")
+def table(kept):
+    return kept(all_chunks)
 
 
 @pytest.fixture
@@ -52,6 +56,7 @@ def test_an_estimate_that_moved_is_named(table, told):
     assert "mu0_read" in text and "ratio" in text
 
 
+@pytest.mark.nightly
 def test_another_seed_is_noticed(table, told):
     other = read(FIRST, last=1, seed=2)
     texts = told(pa.concat_tables([other, table.slice(len(other))]))

@@ -96,8 +96,11 @@ def check_periods(periods, expected, rod, law):
 
 
 @pytest.mark.slow
-def test_random_scans_are_those_of_an_independent_scan():
-    seeds = range(100, 112)
+@pytest.mark.parametrize(
+    ("seeds", "least"),
+    [(range(100, 104), 100), pytest.param(range(104, 112), 200, marks=pytest.mark.nightly)],
+)
+def test_random_scans_are_those_of_an_independent_scan(seeds, least):
     error, slips = zip(*(compared(seed, seed % len(RODS)) for seed in seeds), strict=True)
     assert max(error) < 1e-6
-    assert sum(slips) > 300
+    assert sum(slips) > least

@@ -79,7 +79,10 @@ def test_free_slips_are_the_cycles_of_a_study(angle):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("angle", "law", "ratio"), [(0.2, "free", 0.0), (-0.1, "kinetic", 0.6)])
+@pytest.mark.parametrize(
+    ("angle", "law", "ratio"),
+    [(0.2, "free", 0.0), (-0.1, "kinetic", 0.6)],
+)
 def test_many_periods_of_an_oblique_stage_are_those_of_shooting(angle, law, ratio):
     assert compared(angle, law, ratio, "0.004", "0.12") >= 4
 
@@ -217,9 +220,10 @@ def test_a_recorded_position_at_which_the_rod_cannot_be_is_refused(wild, said):
         identified(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_friction_is_read_as_the_rod_rises():
-    """A night has a rod that becomes almost upright."""
+    """A rod that becomes almost upright is in tests/nightly, too."""
     whisker = Setup.read(theta=THETA, eta=ETA, stage_angle="-0.1 rad").whisker
     table = scan(whisker, surfaces.constant(MU0), step="0.002", to=["0.9"]).to_pandas()
     found = identified(whisker, table, noise="1e-6, 1e-6, 1e-7", assume=False).periods
@@ -229,7 +233,7 @@ def test_friction_is_read_as_the_rod_rises():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle", ["3 deg", "-3 deg"])
+@pytest.mark.parametrize("angle", ["3 deg", pytest.param("-3 deg", marks=pytest.mark.nightly)])
 def test_friction_is_read_at_the_height_of_each_period(angle):
     whisker = Setup.read(theta=THETA, eta=ETA, stage_angle=angle).whisker
     surface = surfaces.random(1, 0.3, 0.04, 0.02)

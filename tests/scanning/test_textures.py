@@ -45,17 +45,17 @@ WAVES = ((2e-4, 0.02, 0.3), (np.tan(np.radians(10.0)) * 0.02 / (2.0 * np.pi), 0.
 
 
 @pytest.mark.slow
-def test_slips_on_a_wave_are_those_of_brute_force():
+@pytest.mark.parametrize("law", SlipLaw)
+@pytest.mark.parametrize(("amplitude", "wavelength", "mu0"), WAVES)
+def test_slips_on_a_wave_are_those_of_brute_force(amplitude, wavelength, mu0, law):
     positions = path("0.0005", ["0.1"])
-    for amplitude, wavelength, mu0 in WAVES:
-        wave = texture_scan.Wave(ETA, amplitude, 2.0 * np.pi / wavelength)
-        for law in SlipLaw:
-            zeta = by_law(law).damping or 0.0
-            contact, period = texture_scan.scan(rod(), wave, mu0, positions, law, 0.8, zeta)
-            found = scanned(textures.wave(amplitude, wavelength), positions, mu0, law)
-            assert found.outcome is Outcome.COMPLETE and found.message == ""
-            assert found.period.tolist() == period.tolist() and period[-1] > 2
-            assert np.abs(found.contact - contact).max() < 1e-6
+    wave = texture_scan.Wave(ETA, amplitude, 2.0 * np.pi / wavelength)
+    zeta = by_law(law).damping or 0.0
+    contact, period = texture_scan.scan(rod(), wave, mu0, positions, law, 0.8, zeta)
+    found = scanned(textures.wave(amplitude, wavelength), positions, mu0, law)
+    assert found.outcome is Outcome.COMPLETE and found.message == ""
+    assert found.period.tolist() == period.tolist() and period[-1] > 2
+    assert np.abs(found.contact - contact).max() < 1e-6
 
 
 @pytest.mark.slow
@@ -174,7 +174,13 @@ def test_a_slope_that_leads_too_deep_ends_the_scan_with_its_place():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", list(SlipLaw))
+@pytest.mark.parametrize(
+    "law",
+    [
+        "energy",
+        *(pytest.param(law, marks=pytest.mark.nightly) for law in SlipLaw if law != "energy"),
+    ],
+)
 def test_on_rough_surfaces_friction_is_never_exceeded_and_no_scan_ends_silently(law):
     rng = np.random.default_rng(7)
     for seed in range(4):

@@ -77,7 +77,7 @@ def test_a_recording_is_told_in_the_units_of_what_was_given(whisker):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle", [0.0, 0.002])
+@pytest.mark.parametrize("angle", [pytest.param(0.0, marks=pytest.mark.nightly), 0.002])
 def test_a_channel_that_is_saturated_everywhere_is_not_used(angle, signals):
     # Newtons that are called kilonewtons: the moment alone is read.
     table = signals.to_pandas()

@@ -157,7 +157,7 @@ def damaged(draw):
 
 
 @pytest.mark.slow
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(damaged(), st.booleans())
 def test_damage_is_named_or_does_no_harm(tmp_path_factory, data, rod):
     found = identified(data, tmp_path_factory.mktemp("damaged"), WHISKER if rod else None)

@@ -27,7 +27,7 @@ RESPONSE = respond(2.0, 0.85)
 STAGE = path("0.001", ["0.25", "0.1", "0.2"])
 # Of a steel whisker that is read at the resolution of its transducer.
 PLACES = ("contact", "footpoint")
-few = settings(max_examples=5)
+few = settings(max_examples=3)
 
 
 def moved(surface, by):
@@ -90,7 +90,14 @@ def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", SlipLaw)
+@pytest.mark.parametrize(
+    "law",
+    [
+        *(pytest.param(law, marks=pytest.mark.nightly) for law in ("free", "energy")),
+        "kinetic",
+        "damped",
+    ],
+)
 def test_a_scan_does_not_depend_on_the_size_of_blocks(monkeypatch, law):
     whole, _ = recorded(law)
     monkeypatch.setattr(tip, "STEPS_AT_ONCE", 7)

@@ -36,7 +36,7 @@ def rise(theta, curvature, state, height):
     return float(found.sol(1.0 - np.geomspace(1e-6, 1.0, 20_001))[1].max())
 
 
-@pytest.mark.parametrize("section", ["round", "planar"])
+@pytest.mark.parametrize("section", ["round", pytest.param("planar", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize(("curvature", "begins"), ARCHES)
 def test_a_rod_penetrates_from_where_the_first_arch_begins(curvature, begins, section):
     theta, eta = 1.2, 0.7192

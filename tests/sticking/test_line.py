@@ -65,7 +65,7 @@ def assert_states_agree(states, others):
 
 
 @pytest.mark.slow
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(st.floats(1.0, 3.0), st.floats(0.8, 0.95))
 def test_both_models_agree_as_long_as_the_tip_alone_touches(theta, eta):
     point, lying = solve_curve(theta, eta), line(theta, eta)
@@ -97,7 +97,7 @@ def test_a_rod_rolls_on_and_off_without_a_jump(pair):
 
 # `python -m validation survey` solves many more.
 @pytest.mark.slow
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(st.floats(1.0, 20.0), st.floats(0.3, 0.999))
 # The contact changes just before the end of the curve
 @example(1.2, 0.7109375)

@@ -121,7 +121,7 @@ def test_a_state_does_not_know_by_which_stage_it_was_reached():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("contact", Contact)
+@pytest.mark.parametrize("contact", ["point", pytest.param("line", marks=pytest.mark.nightly)])
 def test_stability_is_lost_where_the_branch_turns_back(contact):
     random = np.random.default_rng(3)
     count = 12
@@ -315,7 +315,7 @@ def test_a_curve_says_why_it_ends_where_its_tail_is_about_to_rise():
 TWICE = Mounting(clamp_angle=-0.2556, clamp_compliance=0.884, curvature=0.042)
 
 
-@pytest.mark.parametrize("section", RodSection)
+@pytest.mark.parametrize("section", ["round", pytest.param("planar", marks=pytest.mark.nightly)])
 def test_a_tip_held_by_more_friction_than_the_first_maximum_slips_on_the_second_rise(section):
     found = [
         solve_onset(1.77, mu0, 0.9665, mounting=TWICE, section=section) for mu0 in (0.2, 0.3, 0.6)

@@ -12,6 +12,10 @@ from vibrissa.sticking.solving import shooting
 pytestmark = pytest.mark.slow
 
 
+# Searched less closely than a study does, in larger steps.
+COARSE = shooting.Tolerances(rtol=1e-8, atol=1e-9, simplex=1e-8, miss=1e-6)
+
+
 @pytest.fixture(scope="module")
 def shot():
     # The step is divided into steps of at most 0.0016.
@@ -19,11 +23,21 @@ def shot():
 
 
 @pytest.fixture(scope="module")
-def start():
+def start(kept):
     """The state in which sticking begins, with a search at each of some heights."""
-    return shooting.initial_state(1.0, 0.85)
+    return kept(shooting.initial_state, 1.0, 0.85)
 
 
+def test_in_large_steps_nearly_the_same_curve_is_found(monkeypatch):
+    monkeypatch.setattr(shooting, "LARGEST_STEP", 0.04)
+    shot, spectral = shooting.solve_curve(2.0, 0.98, 0.006, COARSE), solve_curve(2.0, 0.98)
+    assert shot.status is Status.SOLVED and shot.residual < COARSE.miss
+    assert shot.mu_lock == pytest.approx(spectral.mu_lock, abs=1e-4)
+    mu0 = [0.03, 0.1, 0.14, 0.155]
+    assert shot.onset(mu0) == pytest.approx(spectral.onset(mu0), abs=1e-5)
+
+
+@pytest.mark.nightly
 def test_both_methods_find_the_same_curve(shot):
     spectral = solve_curve(2.0, 0.98)
     assert shot.status is Status.SOLVED and not shot.pieces.line.any()
@@ -40,6 +54,7 @@ def test_both_methods_find_the_same_curve(shot):
         assert values == pytest.approx(expected[name], abs=1e-7)
 
 
+@pytest.mark.nightly
 def test_walk_recognises_locking(shot):
     spectral = solve_curve(2.0, 0.98)
     assert shot.mu_lock == pytest.approx(spectral.mu_lock, abs=1e-9)
@@ -70,8 +85,8 @@ def test_a_walk_with_less_friction_is_the_begin_of_one_with_more(start):
 )
 def test_accuracy_of_the_force(start, tolerances, least, most):
     known = start if tolerances is shooting.PRECISE else None
-    states = shooting.walk(1.0, 0.85, 0.002, mu0=0.4, tolerances=tolerances, start=known)
-    exact = solve_curve(1.0, 0.85).state(0.002 * np.arange(len(states)))
+    states = shooting.walk(1.0, 0.85, 0.004, mu0=0.4, tolerances=tolerances, start=known)
+    exact = solve_curve(1.0, 0.85).state(0.004 * np.arange(len(states)))
     error = np.abs([state.f for state in states] / exact.f - 1.0)
     assert least < error.max() < most
 
@@ -106,6 +121,7 @@ def test_false_minimum_that_cannot_be_mended_is_not_believed(monkeypatch):
     assert "method: collocation" in curve.message
 
 
+@pytest.mark.nightly
 def test_low_contact_points_are_reached_from_near_buckling():
     state = shooting.initial_state(1.0, 0.4)
     spectral = solve_curve(1.0, 0.4)
@@ -113,6 +129,7 @@ def test_low_contact_points_are_reached_from_near_buckling():
     assert state.f == pytest.approx(float(spectral.state(0.0).f), abs=1e-7)
 
 
+@pytest.mark.nightly
 def test_short_curves_are_walked_in_short_steps():
     # Near eta = 1 a whole curve is shorter than a common step.
     eta = 0.9999

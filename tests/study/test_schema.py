@@ -14,6 +14,11 @@ from vibrissa.tables import schemas
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.fixture(scope="module")
+def validator():
+    return jsonschema.Draft202012Validator(study_schema())
+
+
 def test_the_schema_is_one_and_describes_every_key():
     jsonschema.Draft202012Validator.check_schema(study_schema())
     parts = (study_schema(), *study_schema()["$defs"].values())
@@ -37,14 +42,14 @@ def test_the_schema_is_one_and_describes_every_key():
         (("caption",), "words"),
     ],
 )
-def test_an_editor_sees_what_is_wrong(path, wrong):
+def test_an_editor_sees_what_is_wrong(validator, path, wrong):
     config = yaml.safe_load((ROOT / "config.yaml").read_text())
     section = config
     for key in path[:-1]:
         section = section[key]
     section[path[-1]] = wrong
     with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate(config, study_schema())
+        validator.validate(config)
 
 
 def test_every_kind_of_figure_is_drawn_from_columns_that_its_table_has():

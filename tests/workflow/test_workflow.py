@@ -141,7 +141,6 @@ def check(folder, *arguments):
 def test_tables_of_other_code_are_not_certified(edited):
     shutil.rmtree(edited.root / ".snakemake")
     assert check(edited, "--bless")[0] == 0
-    assert check(edited)[0] == 0
     edited.edit("step * numerator", "2 * step * numerator", "src/vibrissa/numerics/steps.py")
     for arguments in ((), ("--bless",)):
         status, screen = check(edited, *arguments)
@@ -163,7 +162,9 @@ def test_a_damaged_table_of_a_finished_study_is_found_and_made_again(done):
     flipped(path)
     status, screen = check(done)
     assert status == 2 and "scans.parquet does not have its checksum; run make study" in screen
-    assert "scans.parquet does not have its checksum: it is made again" in done.run()
+    assert "scans.parquet does not have its checksum: it is made again" in done.run(
+        "results/tiny/tables/scans.parquet"
+    )
     assert path.read_bytes() == whole
 
 

@@ -46,9 +46,9 @@ def without_a_moment(frame):
 @pytest.mark.parametrize(
     ("change", "rod"),
     [
-        (lambda frame: frame, {}),
+        pytest.param(lambda frame: frame, {}, marks=pytest.mark.nightly),
         (without_a_moment, {}),
-        (lambda frame: frame, {"diameter": "1.6 mm"}),
+        pytest.param(lambda frame: frame, {"diameter": "1.6 mm"}, marks=pytest.mark.nightly),
         (lambda frame: frame.drop(columns="force_x"), {}),
     ],
     ids=["as it is", "rows without a moment", "another rod", "one force"],

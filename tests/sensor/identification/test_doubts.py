@@ -34,7 +34,9 @@ def identified(clamp, readings):
 
 
 @pytest.mark.parametrize("law", list(SlipLaw))
-@pytest.mark.parametrize("turns", [("0.4",), pytest.param(("0.3", "0.1"), marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "turns", [("0.4",), pytest.param(("0.3", "0.1"), marks=pytest.mark.nightly)]
+)
 def test_a_clean_recording_leaves_no_doubt(response, law, turns):
     clamp, readings, begins = signals(response, law, turns)
     periods = identified(clamp, readings).periods

@@ -36,7 +36,7 @@ def found_in(recording, noise=NOISE, given=GIVEN):
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [NOISE, None])
 def test_a_recording_of_the_rod_fits_as_often_as_it_says(response, noise):
-    found = recordings.goodness_of(response, range(8), noise)
+    found = recordings.goodness_of(response, range(4), noise)
     chances = np.array([each.chance for each in found])
     assert all(each.fits for each in found)
     assert np.mean([each.ratio for each in found]) == pytest.approx(1.0, abs=0.02)

@@ -259,14 +259,14 @@ def test_a_scan_that_ends_while_the_tip_sticks_gives_a_bound(response):
 
 @pytest.mark.slow
 def test_another_rod_is_refused(response):
-    _, recording = recorded(response)
+    _, recording = recorded(response, turns=("0.4",))
     with pytest.raises(ValueError, match="no state of this rod"):
         found_in(recording, theta=3.0)
 
 
 @pytest.mark.slow
 def test_what_the_tolerances_allow_is_fitted_not_refused(response):
-    _, recording = recorded(response)
+    _, recording = recorded(response, turns=("0.4",))
     stiffer = replace(recording, readings=1.3 * recording.readings)
     with pytest.raises(ValueError, match="no state of this rod"):
         found_in(stiffer, 1.3 * NOISE, tolerances={"modulus": 0.05})

@@ -78,7 +78,10 @@ def test_the_model_is_compared_with_the_ratio_over_three_periods_or_more():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", RODS)
+@pytest.mark.parametrize(
+    "name",
+    ["as given", *(pytest.param(one, marks=pytest.mark.nightly) for one in ("tilted", "bent"))],
+)
 def test_it_reads_any_rod_without_bias(name):
     runs = [recorded(seed, name) for seed in range(20)]
     each = [errors(read_ratio(run, NOISE), friction) for run, friction, _ in runs]
@@ -99,7 +102,7 @@ def test_it_reads_any_rod_without_bias(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", [0.0002, 0.001, 0.002])
+@pytest.mark.parametrize("step", [pytest.param(0.0002, marks=pytest.mark.nightly), 0.001, 0.002])
 def test_intervals_are_honest_on_coarse_steps(step):
     each = []
     for seed in range(8):

@@ -13,17 +13,22 @@ from vibrissa.sensor import identify
 from vibrissa.sensor.identification.screw import PitchError
 
 PITCH, SIZE = 0.02, 5e-5
+# Whether the usual tolerances are assumed.
+ASSUMED = [False, pytest.param(True, marks=pytest.mark.nightly)]
 
 
-def read(bench, size=0.0):
+def read(bench, assume, size=0.0):
     found = scan(bench, STEP, [0.2], NOISE, 1)
     stage = found.stage - size * np.sin(2.0 * np.pi * found.stage / PITCH + 0.7)
-    return identify(believed(noise=in_words(NOISE)), recording_of(stage, found.readings))
+    return identify(
+        believed(noise=in_words(NOISE), assume=assume), recording_of(stage, found.readings)
+    )
 
 
 @pytest.mark.slow
-def test_a_lead_screw_is_named_with_its_pitch_and_its_error():
-    found = read(bench_of(1), SIZE)
+@pytest.mark.parametrize("assume", ASSUMED)
+def test_a_lead_screw_is_named_with_its_pitch_and_its_error(assume):
+    found = read(bench_of(1), assume, SIZE)
     first = found.causes[0]
     assert isinstance(first, PitchError)
     assert first.pitch == pytest.approx(PITCH, rel=0.005)
@@ -33,8 +38,9 @@ def test_a_lead_screw_is_named_with_its_pitch_and_its_error():
 
 
 @pytest.mark.slow
-def test_a_bent_rod_is_no_lead_screw():
+@pytest.mark.parametrize("assume", ASSUMED)
+def test_a_bent_rod_is_no_lead_screw(assume):
     bench = bench_of(1)
     bent = replace(bench, rod=replace(bench.rod, curvature=0.12))
-    found = read(bent)
+    found = read(bent, assume)
     assert found.causes and not any(isinstance(one, PitchError) for one in found.causes)

@@ -169,6 +169,7 @@ def test_wrong_periods_are_left_out_unless_most_are_wrong():
     assert found.used == 4 and "do not rely on mu0" in str(found) and "(in doubt)," in str(found)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_the_mean_of_a_surface_is_as_far_off_as_it_says():
     errors = {"constant": [], "random": []}

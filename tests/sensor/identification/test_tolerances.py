@@ -67,7 +67,7 @@ def test_what_cannot_be_told_apart_is_shared_by_the_tolerances():
 
 @pytest.mark.slow
 def test_what_a_recording_does_not_tell_is_carried_into_the_intervals():
-    scores, shares = zip(*carried(range(6)), strict=True)
+    scores, shares = zip(*carried(range(3)), strict=True)
     assert 0.6 < np.sqrt(np.mean(np.square(scores))) < 1.5
     # The friction of one period is told by more than that: of a mean it is most of the error.
     assert min(shares) > 0.01
@@ -78,8 +78,8 @@ def test_what_a_recording_does_not_tell_is_carried_into_the_intervals():
     "name, size, tolerance",
     [
         ("clamp_angle", np.deg2rad(2.0), "1 deg"),
-        ("clamp_compliance", 0.05, 0.05),
-        ("curvature", -0.05, 0.05),
+        pytest.param("clamp_compliance", 0.05, 0.05, marks=pytest.mark.nightly),
+        pytest.param("curvature", -0.05, 0.05, marks=pytest.mark.nightly),
     ],
 )
 def test_another_mounting_within_its_tolerance_is_found(name, size, tolerance):

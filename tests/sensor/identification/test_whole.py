@@ -29,7 +29,13 @@ def response():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=pytest.mark.nightly) if case == "another distance" else case
+        for case in CASES
+    ],
+)
 def test_a_result_is_as_before(response, case, snapshot):
     law, rod, stated = CASES[case]
     turns = ("0.15", "0.1", "0.25") if law == "kinetic" else ("0.4",)

@@ -4,7 +4,7 @@ from itertools import cycle, product
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibrissa.errors import RecordingError
@@ -170,6 +170,7 @@ def test_comments_may_be_anywhere_and_hold_the_titles():
 
 
 @pytest.mark.slow
+@settings(max_examples=15)
 @given(
     st.sampled_from(list(SEPARATORS)),
     st.sampled_from(".,"),
