@@ -15,6 +15,8 @@ from vibrissa.scanning import surfaces, textures
 from vibrissa.scanning.phase_locking import locking_of, settled_rests, travel_on_slope
 from vibrissa.scanning.scan import Outcome, TipPhase
 from vibrissa.scanning.simulation import simulate
+from vibrissa.scanning.slide import Slide
+from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.stage import path, stage_of
 from vibrissa.sensor import Whisker
 
@@ -397,3 +399,19 @@ def test_scans_that_make_no_sense_are_refused():
     short = textures.measured([0.0, 0.46], [0.0, 0.0])
     with pytest.raises(ArgumentError, match=r"from x = 0 L to 0\.46 L, .*extend it"):
         scanned(short, positions)
+
+
+def test_a_slide_to_the_end_of_a_profile_needs_more_of_it_and_not_of_the_rod():
+    # Uphill the tip may slide farther than the rod has states at the height where it begins.
+    begin = WHISKER.curve.x1_init - 0.16
+    x = np.linspace(begin - 0.02, begin + 0.2, 30)
+    texture = textures.measured(x, np.tan(np.radians(20.0)) * (x - begin))
+    slide = Slide(
+        stage=stage_of(WHISKER, np.zeros(1), texture=texture),
+        surface=surfaces.constant(0.3).with_texture(texture),
+        model=SlipModel.of("free", 1.0),
+        begin=float(begin),
+        direction=1,
+    )
+    with pytest.raises(ArgumentError, match="surface is known from .* extend it to there"):
+        slide.end()
