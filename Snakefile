@@ -5,6 +5,8 @@
 #              -> scans    -> chunks -> scans, periods ->
 #              -> readings -> chunks -> friction       ->
 #              -> states, comparisons                  ->
+#
+# docs/architecture.md follows a grid point and a step of a scan through the code.
 from snakemake.utils import min_version
 
 min_version("9.0")

@@ -6,6 +6,7 @@ import signal
 import zipfile
 from functools import lru_cache, partial
 from hashlib import sha256
+from pathlib import Path
 
 import pyarrow as pa
 import pytest
@@ -21,6 +22,8 @@ from vibrissa.sensor.identification import forward, mixing
 from vibrissa.sticking import api, comparison
 from vibrissa.sticking.solving import collocation, shooting
 from vibrissa.study.reading import read_study
+
+TESTS = Path(__file__).parent
 
 # What a shell starts in the background ignores Ctrl-C, and so would the programs that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -38,6 +41,8 @@ settings.load_profile("vibrissa")
 
 def pytest_collection_modifyitems(items):
     for item in items:
+        if "nightly" in item.path.relative_to(TESTS).parts:
+            item.add_marker("nightly")
         if item.get_closest_marker("nightly"):
             item.add_marker("slow")  # so that `-m "not slow"` leaves it out, too
     items.sort(key=lambda item: item.get_closest_marker("slow") is not None)

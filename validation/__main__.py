@@ -53,7 +53,7 @@ def tests(*chosen: str) -> Callable[[Sequence[str]], object]:
 TESTS = ("pytest", "hypothesis", "psutil")
 CLUSTER = ("snakemake_executor_plugin_slurm", "snakemake_executor_plugin_cluster_generic")
 # Those in tests/nightly, and those elsewhere that have the marker.
-NIGHTLY = tests("tests", "-o", "norecursedirs=slurm faults", "-k", "nightly")
+NIGHTLY = tests("tests", "-o", "norecursedirs=slurm faults", "-m", "nightly")
 SLURM, FAULTS = tests("tests/slurm"), tests("tests/faults", "-n", "logical")
 TASKS = {
     # The rod

@@ -246,3 +246,20 @@ def test_a_rod_that_buckles_is_dragged_on():
     travel, slip = columns(found.periods, "travel", "slip_length")
     assert travel[0] > 1.0 > 0.1 > travel[1] and (slip > 0.0).all()
     assert pa.compute.all(pa.compute.equal(found.steps.column("status"), "lock")).as_py()
+
+
+def test_a_job_solves_a_rod_once_for_its_scans_in_several_steps(capsys):
+    rods = {"dx0": (0.01, 0.02), "clamp_compliance": (0.0, 0.1)}
+    scans = computed_scans(
+        scan_name="s",
+        axes=ROD | rods,
+        surfaces=[PLANE],
+        laws=[law_of("free")],
+        to=(0.04,),
+        cycles=None,
+        shapes=False,
+        study="a",
+        solver=made_tables.SOLVER,
+    )
+    assert len(list(scans)) == 4
+    assert capsys.readouterr().out.count("residual") == 2

@@ -413,5 +413,5 @@ def test_a_slide_to_the_end_of_a_profile_needs_more_of_it_and_not_of_the_rod():
         begin=float(begin),
         direction=1,
     )
-    with pytest.raises(ArgumentError, match="surface is known from .* extend it to there"):
+    with pytest.raises(ArgumentError, match=r"surface is known from .* extend it to there"):
         slide.end()

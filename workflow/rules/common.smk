@@ -46,6 +46,7 @@ if not workflow.configfiles:  # with a file given, this directive would merge bo
     configfile: str(places.PAPER)
 
 
+# A module of another workflow has no file of its own, but the Snakefile that includes it.
 study_files = [
     places.near(Path(name)) for name in workflow.configfiles or [workflow.main_snakefile]
 ]

@@ -6,6 +6,7 @@ from vibrissa.pipeline import jobs
 from vibrissa.tables import schemas, store
 
 with jobs.logged(snakemake.log[0]):
+    # `params.chunk` are those of `vibrissa.study.scans.ScanChunk`.
     params, output = snakemake.params, snakemake.output
     solver = SolverSettings(**params.solver)
     with (

@@ -1,7 +1,7 @@
 """Scans as tables: a row for each step of the clamp, and a row for each period of sticking."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache, partial
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -27,9 +27,6 @@ from vibrissa.study.chunks import points_of
 from vibrissa.study.surfaces import Variant
 from vibrissa.tables.rows import table_of
 from vibrissa.tables.schemas import PERIODS, SCANS, SHAPE
-
-# Number of rods whose paths are kept for their scans in other steps, some hundred kilobytes each.
-KEPT_CURVES = 64
 
 
 class ScanTables(NamedTuple):
@@ -61,8 +58,8 @@ def computed_scans(
     axes : mapping
         Values of the axes of the rod, and of the step Δx0 (L).
     surfaces : sequence of mapping
-        Surfaces as the study file describes them. A scan that states mu0 has a plane for each
-        coefficient.
+        Surfaces of the study, each with one value for each of its axes. A scan that states mu0 has
+        a plane for each coefficient.
     laws : sequence of mapping
         Slip laws, each with the values that bear on it.
     to, cycles : optional
@@ -73,8 +70,12 @@ def computed_scans(
         Whether to keep all steps; else the last one.
     """
     described = [(variant, surface_of(variant)) for variant in surfaces]
+    curve_of: Callable[..., StickingCurve] = partial(_curve_of, solver)
+    if len(axes["dx0"]) > 1:
+        curve_of = cache(curve_of)  # a rod has scans in several steps
     for rod_and_step in points_of(axes):
-        curve = _curve_of(rod_and_step, solver)
+        same = {} if solver.method.by_step else {"dx0": None}
+        curve = curve_of(**{**rod_and_step, **same})
         for (variant, surface), law in product(described, laws):
             point = {**rod_and_step, **variant, **law}
             scan = scan_of(point, curve, surface, to=to, cycles=cycles)
@@ -91,18 +92,9 @@ def computed_scans(
             )
 
 
-def _curve_of(rod_and_step: Mapping[str, Any], solver: SolverSettings) -> StickingCurve:
-    """Solve the path of a rod, or return it if scans of the rod in other steps had it solved."""
-    rod = dict(rod_and_step)
-    if not solver.method.by_step:
-        rod["dx0"] = None
-    return _kept_curve(tuple(rod.items()), solver)
-
-
-@lru_cache(KEPT_CURVES)
-def _kept_curve(rod: tuple[tuple[str, Any], ...], solver: SolverSettings) -> StickingCurve:
+def _curve_of(solver: SolverSettings, **rod: Any) -> StickingCurve:
     """Solve the path of a rod alone, as a command does: beside others it differs by rounding."""
-    (curve,) = solve([dict(rod)], solver, retract=True)
+    (curve,) = solve([rod], solver, retract=True)
     return curve
 
 
@@ -123,13 +115,13 @@ def scan_of(
     """
     if not curve.pieces:
         return Scan.without_rows(Outcome(curve.status), curve.message)
-    motion = Motion(
-        make_stage=stage_maker(curve),
-        surface=surface,
-        model=slip_model_of(point),
-        tip_radius=point.get("tip_radius", 0.0),
-    )
     try:
+        motion = Motion(
+            make_stage=stage_maker(curve),
+            surface=surface,
+            model=slip_model_of(point),
+            tip_radius=point.get("tip_radius", 0.0),
+        )
         return move_as_far_as_possible(motion, point["dx0"], to=to, cycles=cycles)
     except NoResponseError as error:
         return Scan.without_rows(Outcome.OUT_OF_REACH, str(error))
@@ -194,7 +186,7 @@ def _steps(
     scan: Scan, point: Mapping[str, Any], shapes: bool, each_step: bool, frequencies: int
 ) -> dict[str, Any]:
     rows = slice(None) if each_step else slice(-1, None)
-    # Numbers of steps and x0 are counted from the slip before.
+    # Numbers of steps are counted from the slip before; x0 is 0 after the slip of this very step.
     cycle, step, x0 = scan.cycle[rows], scan.step[rows], scan.x0_along_stage[rows]
     scan = scan.take(rows)
     state = scan.state

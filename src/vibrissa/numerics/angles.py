@@ -22,7 +22,8 @@ def direction(angle: FloatArray) -> Direction:
 
     With t = tan(angle/2): sin = 2·t/(1 + t²) and cos = 2/(1 + t²) − 1. NumPy's tangent takes a
     third of the time of its sine or cosine, which are not vectorised for doubles. Of few angles,
-    NumPy's sine and cosine are faster.
+    NumPy's sine and cosine are faster. Therefore the same angle, alone and among many, may have
+    results that differ by rounding.
 
     Examples
     --------

@@ -168,8 +168,9 @@ def read_keys(path: Path | str) -> dict[str, Any]:
 
 def write_keys(path: Path, keys: Mapping[str, Any], comment: str) -> None:
     """Write keys and tables to a TOML file, below a comment."""
+    given = {name: value for name, value in keys.items() if value != {}}
     with write_atomically(path) as temporary:
-        temporary.write_text(f"# {comment}\n\n{tomli_w.dumps(keys)}", encoding="utf-8")
+        temporary.write_text(f"# {comment}\n\n{tomli_w.dumps(given)}", encoding="utf-8")
 
 
 def with_options(

@@ -1,6 +1,6 @@
 """Scans along a path, or until the tip has slipped a number of times.
 
-Studies, commands and notebooks all scan by the function `move`.
+Commands and notebooks scan by `move`, studies by `move_as_far_as_possible`; both by `Motion.scan`.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,6 +1,6 @@
 """Messages of a scan: where and why it ends early, where the rod buckles, and where the tip flies.
 
-A surface formats its positions.
+Positions are written by `Surface.spell`, in the units of the rod.
 """
 
 from collections.abc import Sequence

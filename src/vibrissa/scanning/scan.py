@@ -63,9 +63,10 @@ class Outcome(StrEnum):
     LOCK
         The tip locked and was pushed until sticking ended; the motion after that is not computed.
     LOST
-        A slip passed α = 0 and did not end within the computed states. Either the clamp had pushed
-        the tip, and the tip lifted off the surface; or the clamp had pulled the tip, and the tip
-        came to the last computed state in which the clamp pushes it.
+        A slip did not end within the computed states of the rod (`vibrissa.scanning.slide.Lost`).
+        On a plane it then passed α = 0. Either the clamp had pushed the tip, and the tip lifted off
+        the surface; or the clamp had pulled the tip, and the tip came to the last computed state in
+        which the clamp pushes it.
     OUT_OF_REACH
         The rod has no states, the stage or the surface takes it to a distance at which it has none,
         or the tip leaves the known part of the surface.

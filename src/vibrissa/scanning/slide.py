@@ -268,8 +268,8 @@ class Slide(RestingClamp):
                 )
             if part.lost is not None:
                 return SlideEnd(self._place(float(forces.breaks[-1])), lost=part.lost)
-        # The surface is not known further on, or the rod has no further states. On heights the parts
-        # say where the rod has none.
+        # The surface is not known further on, or the rod has no further states. On heights the
+        # parts say where the rod has none.
         plane = self.surface.texture is None
         self.surface.check_known(self._place(self._longest() if plane else LONGEST_SLIDE))
         return SlideEnd(self._place(end), lost=Lost.BENT)

@@ -1,5 +1,6 @@
 """Identification of friction from signals of the clamp, and signals of simulated scans."""
 
+from .identification.findings import Findings as Findings
 from .identification.identify import identify as identify
 from .identification.periods import Grade as Grade
 from .identification.periods import Periods as Periods

@@ -1,6 +1,7 @@
 """Onsets of slip on sticking curves, the states at displacements, and the motion after the lock.
 
-No result of one curve depends on other curves, not even by rounding.
+No result of one curve depends on other curves that are read with it, not even by rounding. The last
+steps before the onsets are found by `vibrissa.sticking.periods.last_steps`.
 """
 
 from collections.abc import Iterator
@@ -48,6 +49,9 @@ class _Exit(NamedTuple):
 class CurveArray:
     """Sticking curves that are evaluated together; `vibrissa.sticking.curve.curve_array` makes it.
 
+    The methods take an array `index` of int, shape (m,): the curve to which each of m
+    displacements x0 (L) or friction coefficients μ0 belongs.
+
     Attributes
     ----------
     pieces : Pieces
@@ -59,9 +63,7 @@ class CurveArray:
         Displacement of each curve at its lock, where −tan α is largest (L), and its critical
         friction coefficient; NaN without a lock.
     status, end : ndarray of Status and of End, shape (curves,)
-
-    The methods take an array `index` of int, shape (m,): the curve to which each of m
-    displacements x0 (L) or friction coefficients μ0 belongs.
+        Whether each curve was solved, and why it ends.
     """
 
     pieces: Pieces

@@ -12,8 +12,8 @@ SLOW_PART = 0.2
 USUAL_QUANTILE = 0.9
 # Part of the usual load that counts as no load: only lift-off lowers all channels so far.
 NO_LOAD_PART = 0.05
-# Least number of samples of a rest, and of a lift-off.
-FEWEST_RESTING = WINDOW
+# Least number of samples of a rest, or without load, at an end of a recording.
+FEWEST_AT_END = WINDOW
 
 
 def moving(clamp: FloatArray) -> slice:
@@ -36,7 +36,7 @@ def _rest(clamp: FloatArray) -> int:
     # The motion begins in the first fast window, where the clamp leaves the scatter of its rest.
     gone = np.flatnonzero(np.abs(clamp[rest:] - level) > jitter)
     begin = rest + (int(gone[0]) if len(gone) else 0) - 1
-    return begin if begin >= FEWEST_RESTING else 0
+    return begin if begin >= FEWEST_AT_END else 0
 
 
 def touching(loads: FloatArray) -> slice:
@@ -52,4 +52,4 @@ def touching(loads: FloatArray) -> slice:
 
 def _run(free: BoolArray) -> int:
     run = int(np.argmin(free))
-    return run if run >= FEWEST_RESTING else 0
+    return run if run >= FEWEST_AT_END else 0

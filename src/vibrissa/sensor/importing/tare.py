@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.identification.ends import FEWEST_RESTING, moving, touching
+from vibrissa.sensor.identification.ends import FEWEST_AT_END, moving, touching
 from vibrissa.sensor.identification.noise import noise_of
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -215,7 +215,7 @@ def free_before(values: Values, kept: BoolArray) -> int:
     free = unloaded(
         {name: each[:end] for name, each in values.items()}, int(np.argmax(kept)) or end
     )
-    return free if free >= FEWEST_RESTING else 0
+    return free if free >= FEWEST_AT_END else 0
 
 
 def free_after(values: Values, kept: BoolArray) -> int:
@@ -266,9 +266,9 @@ def unloaded(values: Values, begin: int) -> int:
     if "footpoint" in values:
         scan = moving(clamp[rows])
         begin, end = min(begin, scan.start), scan.stop
-    if not FEWEST_RESTING < begin < end - FEWEST_RESTING:
+    if not FEWEST_AT_END < begin < end - FEWEST_AT_END:
         return 0
-    load = readings - np.median(readings[:FEWEST_RESTING])
+    load = readings - np.median(readings[:FEWEST_AT_END])
     moved = load[begin:end]
     moved = moved[touching(moved[:, None])]
     usual = np.median(moved)

@@ -37,6 +37,7 @@ from vibrissa.sticking.piece import (
 )
 from vibrissa.sticking.shapes import ShapesAlongPiece, SolvedParts
 from vibrissa.sticking.solving.branches import Branches
+from vibrissa.sticking.solving.cutting import Parts
 from vibrissa.sticking.solving.refinement import Resolved, StatesAlongParts
 
 # Accuracy of the place where shapes become inadmissible, as a fraction of a part.
@@ -100,7 +101,10 @@ def finished(
     rods is located here in other mountings only.
     """
     parts = found.path.parts
-    pieces = _pieces(found, branches, side, round_rods)
+    solved = SolvedParts(
+        rods=parts.rods, unknowns=found.path.unknowns, line=parts.line, round_rods=round_rods
+    )
+    pieces = _pieces(found, branches, side, _shapes(solved, parts, side))
     out_of_reach, arches = np.full((2, len(parts)), np.nan)
     reason = np.full(len(parts), "", dtype=object)
     position = chebyshev_nodes(STATES_LOOKED_AT)
@@ -121,11 +125,13 @@ def finished(
                 arches[row] = parts.start[row] + arch * parts.length[row]
             out_of_reach[row] = parts.start[row] + share * parts.length[row]
             reason[row] = how
-    buckles = round_rods and not ideal
+    swings_aside = np.full(len(parts), np.nan)
+    if round_rods and not ideal:
+        swings_aside = _buckling(found.path, solved, pieces)
     limits = ShapeLimits(
         out_of_reach=out_of_reach,
         arches=arches,
-        swings_aside=_buckling(found.path, pieces) if buckles else np.full(len(parts), np.nan),
+        swings_aside=swings_aside,
         reason=reason,
     )
     # Reverse retracted parts, so that x0 increases; Chebyshev points are symmetric.
@@ -137,7 +143,7 @@ def finished(
     return Finished(knot=parts.first, pieces=pieces, limits=limits, residual=found.residual)
 
 
-def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: bool) -> Pieces:
+def _pieces(found: Resolved, branches: Branches, side: FloatArray, shapes: ObjectArray) -> Pieces:
     """Pieces with the states of parts, in the direction in which the parts were followed."""
     parts, count, places = found.path.parts, found.path.count, chebyshev_nodes(STATES_PER_PIECE)
     loads = chebyshev_interpolation(count, STATES_PER_PIECE) @ found.loads
@@ -161,16 +167,12 @@ def _pieces(found: Resolved, branches: Branches, side: FloatArray, round_rods: b
         start=parts.start,
         stop=stop,
         states=states,
-        shapes=_shapes(found.path, side, round_rods),
+        shapes=shapes,
     )
 
 
-def _shapes(path: StatesAlongParts, side: FloatArray, round_rods: bool) -> ObjectArray:
+def _shapes(solved: SolvedParts, parts: Parts, side: FloatArray) -> ObjectArray:
     """Shapes along each part; the parameter of a retracted part changes its sign."""
-    parts = path.parts
-    solved = SolvedParts(
-        rods=parts.rods, unknowns=path.unknowns, line=parts.line, round_rods=round_rods
-    )
     shapes = np.empty(len(parts), dtype=object)
     for row, sign in enumerate(side[parts.branch]):
         shapes[row] = ShapesAlongPiece(
@@ -195,11 +197,10 @@ def _level(phi1: FloatArray) -> FloatArray:
     return np.union1d(chebyshev_roots(series), extremes)
 
 
-def _buckling(path: StatesAlongParts, pieces: Pieces) -> FloatArray:
+def _buckling(path: StatesAlongParts, solved: SolvedParts, pieces: Pieces) -> FloatArray:
     """Parameter values at which rods buckle laterally; NaN if nowhere."""
     shares = np.linspace(0.0, 1.0, SAMPLES)
-    margins = pieces.shapes[0].parts.lateral_margins
-    sampled = chebyshev.chebval(2.0 * shares - 1.0, margins.T)
+    sampled = chebyshev.chebval(2.0 * shares - 1.0, solved.lateral_margins.T)
     buckled = sampled <= 0.0
     after = buckled.argmax(axis=1)
     share = np.where(buckled.any(axis=1), shares[after], np.nan)

@@ -159,7 +159,17 @@ def follow(
 
 
 class _Step(NamedTuple):
-    """Steps of n paths: whether each was found, the knots found, and errors of guesses (rad)."""
+    """Steps of n paths.
+
+    Attributes
+    ----------
+    knots : Knots
+        The next knots of those paths on which one was found, in the order of the paths.
+    found : ndarray of bool, shape (n,)
+        Whether each path has a next knot.
+    miss : ndarray, shape (n,)
+        Largest difference of a slope from its guess (rad).
+    """
 
     knots: Knots
     found: BoolArray
