@@ -24,7 +24,7 @@ from vibrissa.sensor.identification.identify import identify_by
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.propagation import HALF_WIDTH
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.summary import used_in_mean
+from vibrissa.sensor.identification.friction_summary import used_in_mean
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.transducer import preset
 from vibrissa.study.axes import MOUNTING_AXES

@@ -147,7 +147,10 @@ class Scan(Batch):
 
     @property
     def status(self) -> Status:
-        """``slip`` if the tip slips, ``lock`` if it locks, or why the rod has no states."""
+        """``lock`` if the tip locks; ``slip`` if it slips, or could on a path that ends before.
+
+        Else why the rod has no states.
+        """
         locks = np.isin(self.phase, [TipPhase.LOCK, TipPhase.SWING]).any()
         if locks or self.outcome is Outcome.LOCK:
             return Status.LOCK

@@ -82,6 +82,7 @@ class Exit(NamedTuple):
 
     On a plane a tip has locked if the clamp pushes it (x0 > 0) until it slips backward; on a slope
     a pushed tip may slip backward before, down the slope, until −tan α is largest (x0 > x0_lock).
+    The phase `TipPhase.LOCK` of a step is another thing: it begins where x0 > x0_lock.
     """
 
     margin: Margin

@@ -8,7 +8,7 @@ from .identification.periods import PeriodStatus as PeriodStatus
 from .identification.profile import ContactProfile as ContactProfile
 from .identification.recording import Recording as Recording
 from .identification.result import Identification as Identification
-from .identification.summary import FrictionSummary as FrictionSummary
+from .identification.friction_summary import FrictionSummary as FrictionSummary
 from .location import Located as Located
 from .location import locate as locate
 from .measured import MeasuredRod as MeasuredRod
