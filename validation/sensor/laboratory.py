@@ -39,8 +39,8 @@ from vibrissa.files import write_atomically
 from vibrissa.outcomes import Method
 from vibrissa.quantities.units import Kind
 from vibrissa.sensor import PeriodStatus, Setup, identify
-from vibrissa.sensor.identification.identify import identify_by
 from vibrissa.sensor.identification.friction_summary import used_in_mean
+from vibrissa.sensor.identification.identify import identify_by
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances
 
 NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS

@@ -20,11 +20,11 @@ from vibrissa.scanning.scan import Scan
 from vibrissa.scanning.slip_model import SlipModel
 from vibrissa.scanning.surfaces import Surface
 from vibrissa.sensor.deviations import Deviations, Prior, Recorded, recorded
+from vibrissa.sensor.identification.friction_summary import used_in_mean
 from vibrissa.sensor.identification.identify import identify_by
 from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.propagation import HALF_WIDTH
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.friction_summary import used_in_mean
 from vibrissa.sensor.setup import Setup
 from vibrissa.sensor.transducer import preset
 from vibrissa.study.axes import MOUNTING_AXES

@@ -1,6 +1,7 @@
 """Identification of friction from signals of the clamp, and signals of simulated scans."""
 
 from .identification.findings import Findings as Findings
+from .identification.friction_summary import FrictionSummary as FrictionSummary
 from .identification.identify import identify as identify
 from .identification.periods import Grade as Grade
 from .identification.periods import Periods as Periods
@@ -8,7 +9,6 @@ from .identification.periods import PeriodStatus as PeriodStatus
 from .identification.profile import ContactProfile as ContactProfile
 from .identification.recording import Recording as Recording
 from .identification.result import Identification as Identification
-from .identification.friction_summary import FrictionSummary as FrictionSummary
 from .location import Located as Located
 from .location import locate as locate
 from .measured import MeasuredRod as MeasuredRod

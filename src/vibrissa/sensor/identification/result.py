@@ -9,10 +9,10 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.quantities.series import Column, Tabular
 from vibrissa.quantities.units import Kind
 from vibrissa.sensor.identification.findings import Findings
+from vibrissa.sensor.identification.friction_summary import FrictionSummary, summary_of
 from vibrissa.sensor.identification.periods import Check, Grade, PeriodStatus
 from vibrissa.sensor.identification.profile import ContactProfile
 from vibrissa.sensor.identification.recording import Recording
-from vibrissa.sensor.identification.friction_summary import FrictionSummary, summary_of
 
 
 class Residuals(NamedTuple):
