@@ -10,6 +10,7 @@ from steel import ROD, SENSOR, TRANSDUCER, identified
 from vibrissa.quantities.units import Units
 from vibrissa.scanning import surfaces
 from vibrissa.sensor import Whisker, scan
+from vibrissa.sensor.identification.findings import beside
 from vibrissa.sensor.identification.goodness import Cause, Estimate, Goodness
 from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
@@ -25,6 +26,8 @@ EMPTY = {
     "covariance": np.zeros((0, 0)),
 }
 NONE = Identification(by_model=True, slope=Slope(), **EMPTY)
+# Deviation of each friction by its own noise, where both methods are compared.
+OWN = 0.001
 
 
 def summary_of(periods, setting):
@@ -197,3 +200,35 @@ def test_coarse_sampling_says_so_and_nothing_of_diameters():
     lines = str(found).splitlines()
     assert sum("sample more finely" in line for line in lines) == 1 and len(lines) <= 5
     assert not any("diameter" in line for line in lines)
+
+
+def compared(apart):
+    """Compare frictions by the model, which are larger than those by the ratio by `apart`."""
+    by_ratio = np.full(len(apart), 0.3)
+    model, ratio = (
+        replace(NONE, periods=periods_of(mu0, np.full(len(apart), OWN), 0.0))
+        for mu0 in (by_ratio + apart, by_ratio)
+    )
+    return beside(model, ratio)
+
+
+def test_methods_whose_means_differ_by_more_than_four_deviations_disagree_in_all_periods():
+    spread = OWN * np.sqrt(2.0 / 16)
+    near, far = compared(np.full(16, 3.9 * spread)), compared(np.full(16, 4.1 * spread))
+    assert near.spread == far.spread == pytest.approx(spread)
+    assert near.agrees and not near.off.any()
+    assert not far.agrees and far.off.all()
+
+
+def test_one_period_that_differs_by_more_than_six_deviations_disagrees_alone():
+    apart = np.zeros(16)
+    apart[5] = 6.1 * OWN * np.sqrt(2.0)
+    found = compared(apart)
+    assert np.flatnonzero(found.off).tolist() == [5]
+    assert found.difference == 0.0 and found.number == 15
+    apart[5] = 5.9 * OWN * np.sqrt(2.0)
+    assert not compared(apart).off.any()
+
+
+def test_the_means_of_two_periods_are_not_compared():
+    assert np.isnan(compared(np.full(2, 0.004)).difference)
