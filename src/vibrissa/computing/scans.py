@@ -74,8 +74,8 @@ def computed_scans(
     if len(axes["dx0"]) > 1:
         curve_of = cache(curve_of)  # a rod has scans in several steps
     for rod_and_step in points_of(axes):
-        same = {} if solver.method.by_step else {"dx0": None}
-        curve = curve_of(**{**rod_and_step, **same})
+        rod = rod_and_step if solver.method.by_step else {**rod_and_step, "dx0": None}
+        curve = curve_of(**rod)
         for (variant, surface), law in product(described, laws):
             point = {**rod_and_step, **variant, **law}
             scan = scan_of(point, curve, surface, to=to, cycles=cycles)
